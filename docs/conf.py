@@ -66,7 +66,9 @@ def write_displayed(writer, node):
 
 def insert_messages(_app, _page, source):
     """Insert all messages into the page that asks for it."""
-    source[0] = source[0].replace("<!-- every message, from the code -->", messages.sections())
+    place = "<!-- every message, from the code -->"
+    if place in source[0]:
+        source[0] = source[0].replace(place, messages.sections())
 
 
 def setup(app):

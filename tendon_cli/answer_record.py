@@ -456,8 +456,10 @@ class DecisionRecord(TypedDict):
 
     rule: str | None
     """Last rule that left fewer choices than the one before it: "built", "served_enough",
-    "advised", "settable" or the column of a goal; "front" with several goals; null if there is one
-    choice with a window, or if all of them tie."""
+    "can_be_set", "advised", "settable" or the column of a goal; "front" with several goals; null if
+    there is one choice with a window, or if all of them tie."""
+    after: list[str]
+    """Rules before it that left fewer choices, too."""
     choices: int | None
     """Number of choices among which this rule decides; null if it is not known, since choices that
     do not matter have no worst values, and may fail advice."""
@@ -465,6 +467,10 @@ class DecisionRecord(TypedDict):
     """Number of choices that it leaves."""
     is_settable: bool
     """True if the tolerance of the best choice is enough."""
+    can_be_set: bool
+    """True if it is at least the accuracy of setting."""
+    by_default: dict[str, float]
+    """Numbers that a designer chooses and that have their default values, SI, by key."""
     needed: float
     """Tolerance that is enough, as a length of both tendons, m."""
     ties: int

@@ -361,14 +361,20 @@ def page_of_run(run: Run, what: tuple[str, ...], how: dict[str, Any]) -> Page:
 
 def page_of_comparison(comparison: Comparison, what: tuple[str, ...], how: dict[str, Any]) -> Page:
     """Draw the windows of the answers of a comparison, or the margins of its first two runs."""
+    _refuse_others("a comparison", what, how, ())
+    labels = [result["label"] for result in comparison.compared["results"]]
+    title = f"{', '.join(labels[1:])} compared with {labels[0]}"
+    return _picture_of_comparison(comparison, title)
+
+
+def _picture_of_comparison(comparison: Comparison, title: str) -> Page:
+    """Draw the windows or the margins of a comparison; an empty title leaves no room for one."""
     from tendon_cli.checks.compare_runs import margins_of
     from tendon_cli.figures.side_by_side import margins_page, windows_page
 
-    _refuse_others("a comparison", what, how, ())
     compared = comparison.compared
     labels = [result["label"] for result in compared["results"]]
     first = compared["results"][0]
-    title = f"{', '.join(labels[1:])} compared with {labels[0]}"
     study = f"tendon study {first['name']} {first['study_hash']}"
     runs = [result for result in comparison.results if isinstance(result, Run)]
     if runs:
@@ -423,7 +429,7 @@ def write_comparison(comparison: Comparison, out: FileName, *, overwrite: bool =
     compared = comparison.compared
     pictures = []
     try:
-        pictures.append(Picture("On one scale", page_of_comparison(comparison, (), {}).png()))
+        pictures.append(Picture("On one scale", _picture_of_comparison(comparison, "").png()))
     except UsageError as error:
         pictures.append(Picture(f"No figure: {error.message}", b""))
     answers = [result for result in comparison.results if not isinstance(result, Run)]
@@ -435,8 +441,11 @@ def write_comparison(comparison: Comparison, out: FileName, *, overwrite: bool =
     title = comparison.short.splitlines()[0]
     subtitle = " ".join(verdict_words(compared))
     joint = say.joint_name(comparison.results[0].record)
+    blocks = comparison.blocks
+    headings = [place for place, block in enumerate(blocks) if "heading" in block]
+    after_title = blocks[headings[1] :]  # title and subtitle of the page say what is before
     return write_text_page(
-        result_path(out), title, subtitle, comparison.blocks, pictures, joint, overwrite=overwrite
+        result_path(out), title, subtitle, after_title, pictures, joint, overwrite=overwrite
     )
 
 

@@ -223,6 +223,22 @@ def write_output(
         _write(temporary, content)
 
 
+def what_is_written(path: Path, before: str | None, now: str, held: str) -> str:
+    """Return a line that says that a file is written or replaced; call it before it is written.
+
+    Args:
+        path: The file.
+        before: Source of what stands there, such as the name of a log; None if it does not say.
+        now: Source of what will be written.
+        held: Noun for what comes from a source, such as "the coefficient".
+    """
+    if not os.path.lexists(path):
+        return f"{path} written"
+    if before is None or before == now:
+        return f"{path} replaced"
+    return f"{path} replaced; before, it held {held} of {shorten(before)}"
+
+
 def write_new(path: Path, content: bytes) -> bool:
     """Write a small file whole or not at all, unless its name is taken.
 

@@ -102,9 +102,9 @@ _OF_STUDIES = (
     _quantity("contact_from", "θ_s", "angle", "angle from which on the extensor's strap presses the joint"),
     _quantity("contact_radius", "R_s", "length", "radius of curvature of the extensor's strap on the joint"),
     _quantity("excursion_noise", "σ_H", "length", "standard deviation of the noise of measured excursions"),
-    _quantity("load_scale", "s", "number", "times the torque of a task"),
+    _quantity("load_scale", "s", "number", "factor on the torque of a task"),
     _quantity("joint_stiffness", "k_j", "rotational stiffness", "stiffness of the joint itself"),
-    _quantity("rest_angle", "θ_r", "angle", "angle at which the joint's own stiffness asks for no torque"),
+    _quantity("rest_angle", "θ_r", "angle", "angle at which the joint's own stiffness gives no torque"),
     # Sheath, tendon, spring, spool, load.
     _quantity("friction", "μ", "number", "Coulomb friction coefficient between tendon and sheath"),
     _quantity("bend_angle", "φ", "angle", "total curvature of the sheath, ∫κ ds"),
@@ -169,7 +169,7 @@ _OF_STATES = (  # columns in their order
             value=lambda at: at.stretch("extensor", "spring")),
     _result("flexor_slack", "s_f", "length", "slack length of the flexor tendon", "often"),
     _result("extensor_slack", "s_e", "length", "slack length of the extensor tendon", "often"),
-    _result("elbow_torque", "τ_a", "torque", "torque asked for at the elbow"),
+    _result("elbow_torque", "τ_a", "torque", "torque that the task needs at the elbow"),
     _result("motor_torque", "τ_m", "torque", "torque of the motor"),
     _result("spool_angle", "α", "angle", "rotation of the spool from the pretensioned state", "slack"),
     _result("elbow_stiffness", "k", "rotational stiffness", "stiffness of the elbow with the motor held"),
@@ -182,7 +182,7 @@ _OF_STATES = (  # columns in their order
 )  # fmt: skip
 
 _OF_MOTION_STATES = (  # further columns along a motion in time
-    _result("friction_direction", "s", "number", "way in which the tendons slide: 1 as in flexion, −1 as in extension", "never",
+    _result("friction_direction", "s", "number", "direction in which the tendons slide: 1 as in flexion, −1 as in extension", "never",
             value=lambda at: 2.0 * at.sliding.flexion - 1.0),
     _result("turning", "turning", "number", "the tendons turn, or slack passes from one to the other: torque lies between those of both directions", "never",
             value=lambda at: at.sliding.turning),
@@ -202,8 +202,8 @@ _OF_DESIGNS = (  # over all states of a design
     _quantity("slack_fraction", "slack share", "number", "share of states that are slack or without equilibrium", "never"),
     _quantity("unstable_fraction", "unstable share", "number", "share of states with negative elbow stiffness", "never"),
     _quantity("first_slack_angle", "θ_slack", "angle", "smallest elbow angle with a slack tendon", "often"),
-    _quantity("required_pretension", "F₀*", "force", "smallest pretension of both tendons that leaves no slack"),
-    _quantity("margin", "F₀ − F₀*", "force", "pretension in hand above the smallest that leaves no slack"),
+    _quantity("required_pretension", "F₀*", "force", "least pretension of both tendons that prevents slack"),
+    _quantity("margin", "F₀ − F₀*", "force", "margin: how far the pretension is above the least that prevents slack"),
     _quantity("max_contact_pressure", "max p", "pressure", "largest pressure of the extensor's strap", "often", "kPa"),
     _quantity("min_spool_to_tendon", "min D/d", "number", "smaller spool's diameter over that of the tendon", "never"),
     _quantity("pretension_from", "F₀ from", "force", "smallest pretension of both tendons that keeps every limit", "often"),
@@ -215,13 +215,13 @@ _OF_LIMITS = (  # over all states of a design, if the study states what the limi
 )  # fmt: skip
 
 _OF_WINDOWS = (
-    _quantity("tolerance", "±F₀", "number", "share by which the pretension may be off"),
+    _quantity("tolerance", "±F₀", "number", "share by which the pretension may be wrong, about the middle of the window"),
     _quantity("served", "served", "number", "largest share of people, draws or conditions that one pretension serves"),
     _quantity("set_flexor_tension", "set F_o^f", "force", "tension to set in the flexor at the joint"),
     _quantity("set_extensor_tension", "set F_o^e", "force", "tension to set in the extensor at the joint"),
     _quantity("set_flexor_tension_motor", "set F_I^f", "force", "tension to set in the flexor at the motor"),
     _quantity("set_extensor_tension_motor", "set F_I^e", "force", "tension to set in the extensor at the motor"),
-    _quantity("tolerance_length", "±l", "length", "half the window as a length taken from both tendons"),
+    _quantity("tolerance_length", "±l", "length", "half the width of the window, as a length by which both tendons are shortened"),
     _quantity("served_verified", "served*", "number", "share of a fresh sample that the pretension serves"),
     _quantity("served_verified_low", "served* low", "number", "lower end of the 95 % interval of served_verified"),
     _quantity("served_verified_high", "served* high", "number", "upper end of the 95 % interval of served_verified"),
@@ -233,9 +233,9 @@ _OF_WINDOWS = (
 _OF_CYCLES = (  # both strokes of a design at a speed of the elbow
     _quantity("peak_motor_speed", "peak α̇", "angular speed", "motor speed of largest magnitude"),
     _quantity("peak_motor_power", "peak P_m", "power", "largest power of the motor"),
-    _quantity("peak_braking_power", "peak P_b", "power", "largest power that the motor takes up"),
-    _quantity("motor_work_in", "W_m", "energy", "work of the motor over both strokes, where it drives"),
-    _quantity("friction_loss", "W_μ", "energy", "what friction in the sheaths takes over both strokes"),
+    _quantity("peak_braking_power", "peak P_b", "power", "largest power that the motor absorbs"),
+    _quantity("motor_work_in", "W_m", "energy", "work that the motor does over both strokes while it drives"),
+    _quantity("friction_loss", "W_μ", "energy", "energy lost to friction in the sheaths over both strokes"),
     _quantity("efficiency", "ε", "number", "1 − friction's loss over the motor's work"),
     _quantity("spool_travel", "Δα", "angle", "rotation of the spool over the motion"),
     _quantity("max_backlash", "max δα", "angle", "largest difference of spool angle between the directions"),
@@ -244,7 +244,7 @@ _OF_CYCLES = (  # both strokes of a design at a speed of the elbow
 
 _OF_TRAJECTORIES = (  # along a motion in time
     _quantity("rms_motor_torque", "rms τ_m", "torque", "root mean square of the motor torque over time"),
-    _quantity("braking_work", "W_b", "energy", "work that the motor takes up, where it brakes"),
+    _quantity("braking_work", "W_b", "energy", "work that the motor absorbs while it brakes"),
     _quantity("turning_fraction", "turning share", "number", "share of samples at which the tendons turn"),
     _quantity("opposite_fraction", "opposite share", "number", "share of samples at which the spool turns against the joint"),
 )  # fmt: skip

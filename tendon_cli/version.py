@@ -2,7 +2,7 @@
 
 __version__ = "0.4.0"
 
-RESULTS_VERSION = 9
+RESULTS_VERSION = 10
 """Version of the numbers, raised whenever the same study would give other tables.
 
 Results of different versions are never mixed.
@@ -16,4 +16,5 @@ def reader_of(results_version: object) -> str:
     for version, release in _WRITTEN_BY.items():
         if isinstance(results_version, int) and results_version <= version:
             return f"tendon {release}"
-    return "a later tendon"
+    is_older = isinstance(results_version, int) and results_version < RESULTS_VERSION
+    return "an earlier tendon" if is_older else "a later tendon"

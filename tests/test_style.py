@@ -55,6 +55,14 @@ def nodes(path):
     return list(ast.walk(ast.parse(text_of(path))))
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _forget_nodes():
+    """Forget the millions of nodes after the module: the collector would visit them ever after."""
+    yield
+    nodes.cache_clear()
+    text_of.cache_clear()
+
+
 def findings(is_wrong, *kinds, files=PYTHON):
     """Return places in files at which a node of these kinds is wrong."""
     return [

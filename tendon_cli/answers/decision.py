@@ -11,10 +11,15 @@ from tendon_cli.answer_record import DecisionRecord
 from tendon_cli.answers.question_facts import choice_values
 from tendon_cli.engine.task import Note
 from tendon_cli.model.kinematics import Rows
+from tendon_cli.space.axis import split_side
+from tendon_cli.studies.study import Study
 from tendon_cli.windows.dependence import without_effect
 from tendon_cli.windows.order import LEAST_TORQUE, MOST_TIED, Count, Order, Stages, last_stage
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import NEEDED, Solutions
+
+_CHOSEN = ("spool.ratio", "spring.stiffness")
+"""Keys of the numbers that decide most how wide a window is."""
 
 
 def decision_record(
@@ -42,8 +47,11 @@ def decision_record(
     record: DecisionRecord = {
         "rule": None if decided_by is None else rules[decided_by],
         "choices": feasible if decided_by is None else left[decided_by].exact,
+        "after": [rules[place] for place in deciding[:-1]],
         "left": left[-1].sure,
         "is_settable": bool(best.settable[0] >= 1.0),
+        "can_be_set": bool(best.can_be_set[0]),
+        "by_default": _by_default(question),
         "needed": NEEDED * accuracy,
         "ties": 1,
         "tied": [],
@@ -63,6 +71,20 @@ def decision_record(
         ]
         record["broken_by"] = _broken_by(order, with_window, tied)
     return record
+
+
+def _by_default(question: Question) -> dict[str, float]:
+    """Return the numbers that a designer chooses and that have their default values, SI."""
+    axes = (*question.choices.axes, *question.conditions.axes)
+    varied = {split_side(key)[0] for axis in axes for key in axis.keys}
+    of_sides = {split_side(key)[0] for key in question.choices.keys_of_sides}
+    stated = question.study.numbers
+    default = Study().numbers
+    return {
+        key: float(default[key].array[0])
+        for key in _CHOSEN
+        if key not in varied | of_sides and np.array_equal(stated[key].array, default[key].array)
+    }
 
 
 def _drops_some(before: Count, after: Count) -> bool:

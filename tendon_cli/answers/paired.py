@@ -14,6 +14,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tendon_cli.answer_record import ChoiceRecord, value_of
+from tendon_cli.model.kinematics import Flags
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import RIGID
 from tendon_cli.windows.coverage import normalise
@@ -54,6 +55,20 @@ class PairedShares:
     """Number of members whom the second alone serves."""
     lost_members: int
     """Number of members whom the first alone serves."""
+    lost_one: LostMember | None
+    """The member whom the second misses by most of those that the first alone serves."""
+
+
+@dataclass(frozen=True)
+class LostMember:
+    """A member of a fresh sample whom the first of two suits alone serves."""
+
+    numbers: dict[str, float]
+    """Numbers of the member by key, SI."""
+    low: float
+    """Smallest pretension of the second suit that serves the member, N; NaN if none does."""
+    high: float
+    """Largest one, N; infinite if nothing bounds it."""
 
 
 def paired_shares(
@@ -82,7 +97,7 @@ def paired_shares(
         judge.judge_at(points_of(question, choice), float(choice["pretension"] or 0.0))
         for judge, question, choice in zip((first, second), questions, choices, strict=True)
     )
-    return _shares(before, now)
+    return _shares(before, now, float(choices[1]["pretension"] or 0.0))
 
 
 def points_of(question: Question, choice: ChoiceRecord) -> Points:
@@ -110,6 +125,11 @@ def _why_other_sample(first: Study, second: Study) -> str | None:
         is_same = np.array_equal(bodies.values, others.values)
         if not is_same or not np.array_equal(bodies.weighting, others.weighting):
             return "they draw different persons"
+    return why_other_draws(first, second)
+
+
+def why_other_draws(first: Study, second: Study) -> str | None:
+    """Say why a draw of one study is not that of the other by the same name; None if it is."""
     if list(first.uncertain) != list(second.uncertain):
         return "they draw different numbers"
     seeds = [None if study.drawing is None else study.drawing.seed for study in (first, second)]
@@ -118,8 +138,14 @@ def _why_other_sample(first: Study, second: Study) -> str | None:
     return None
 
 
-def _shares(before: Verified, now: Verified) -> PairedShares:
-    """Return the shares of two suits among the same members, and the interval between them."""
+def _shares(before: Verified, now: Verified, pretension: float) -> PairedShares:
+    """Return the shares of two suits among the same members, and the interval between them.
+
+    Args:
+        before: Judgement on the first suit.
+        now: Judgement on the second.
+        pretension: Pretension of the second, N.
+    """
     sample = before.sample
     strata = sample.strata
     weights = normalise(sample.weighting)
@@ -143,6 +169,29 @@ def _shares(before: Verified, now: Verified) -> PairedShares:
         kind="persons" if sample.draws_persons else "draws",
         gained_members=int(is_gained.sum()),
         lost_members=int(is_lost.sum()),
+        lost_one=_farthest(now, is_lost, pretension),
+    )
+
+
+def _farthest(now: Verified, is_lost: Flags, pretension: float) -> LostMember | None:
+    """Return the member of those lost whose window lies farthest from a pretension.
+
+    Args:
+        now: Judgement on the suit that loses members.
+        is_lost: True for the members that are lost, (members,).
+        pretension: Pretension of the suit, N.
+    """
+    if not is_lost.any():
+        return None
+    low, high = now.windows
+    missing = np.fmax(low - pretension, pretension - high)  # (members,), N
+    missing = np.where(np.isnan(missing), np.inf, missing)
+    member = int(np.argmax(np.where(is_lost, missing, -np.inf)))
+    numbers = now.sample.axis.numbers
+    return LostMember(
+        {key: float(values[member]) for key, values in numbers.items()},
+        float(low[member]),
+        float(high[member]),
     )
 
 

@@ -485,7 +485,8 @@ def _best_record(
         "taken_as_exact": [],
     }
     if chosen is not None:
-        record["setting"] = setting_record(question, chosen)
+        judged = named.verified.get(chosen.row.item())
+        record["setting"] = setting_record(question, chosen, judged)
         record["drift"] = drift_record(question, chosen)
         if ends is not None:
             record["parts_needed"] = parts_record(solver, chosen, ends)

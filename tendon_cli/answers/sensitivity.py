@@ -7,8 +7,9 @@ dimensions of a body as one group, make a window uncertain.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from tendon_cli.answer_record import IndexRecord, SensitivityRecord, SobolRecord
 from tendon_cli.answers.text_people import input_words
 from tendon_cli.model.bounds import Bounds, limit_end
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Flags, Spline
+from tendon_cli.model.kinematics import Array, Spline
 from tendon_cli.model.limits import CONTACT_PRESSURE, LIMIT_NAMES, LIMITS
 from tendon_cli.model.limits import PRETENSION as LIMIT_PRETENSION
 from tendon_cli.model.motor_window import motion_excess
@@ -41,7 +42,7 @@ from tendon_cli.studies.values import quantile
 from tendon_cli.windows.coverage import normalise
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question
-from tendon_cli.windows.solutions import End, Solutions, solve_windows
+from tendon_cli.windows.solutions import ENDS, Binding, End, Solutions, solve_windows
 from tendon_cli.windows.solver import Solver
 
 _STEP = 1e-30
@@ -55,6 +56,16 @@ _CHANGED_AT_ONCE = 2**19
 _NEAR = 3
 """Distance up to which states count as the same: the binding angle moves with most numbers."""
 
+
+class ChangedNumber(NamedTuple):
+    """A number of a study that is changed by each of `_FACTORS`."""
+
+    key: str
+    """Dotted key, or that of one side."""
+    value: float
+    """Its value under the condition that sets an end, SI."""
+
+
 Slope = Callable[[Design, Bounds], Array]
 """Function from designs and bounds with a complex number to the derivatives of an end by it, N."""
 
@@ -67,27 +78,67 @@ def sensitivities(solver: Solver, choice: Solutions) -> list[SensitivityRecord]:
     larger or smaller. An end has no records if the limit that sets it is one on neither states nor
     the motion, if it has no slope, or if it is infinite.
     """
-    records = [*_of_end(solver, choice, "from"), *_of_end(solver, choice, "to")]
+    numbers = {end: _numbers_at(solver.question, choice, end) for end in ENDS}
+    changes = [
+        ChangedNumber(key, value) for of_end in numbers.values() for key, value in of_end.items()
+    ]
+    changed = _changed_bindings(solver, choice.points, changes)
+    records = [
+        record
+        for end in ENDS
+        if _has_slopes(choice, end)
+        for record in _of_end(solver.question, choice, end, numbers[end], changed)
+    ]
     known = [record for record in records if np.isfinite(record["slope"])]
     # Numbers that act alike, such as the length of a tendon and its modulus, keep their order.
     return sorted(known, key=lambda record: -float(f"{abs(record['per_percent']):.9g}"))
 
 
-def _of_end(solver: Solver, choice: Solutions, end: End) -> Iterator[SensitivityRecord]:
-    """Yield the record of each number that moves one end, "from" or "to"."""
+def _has_slopes(choice: Solutions, end: End) -> bool:
+    """Return True if an end is finite, and the limit that sets it is on states or the motion."""
+    binding = choice.binding(end)
+    is_of_state = int(binding.state[0]) >= 0
+    is_finite = bool(np.isfinite(choice.pretension_at(end)[0]))
+    return is_finite and (is_of_state or _is_of_motion(int(binding.by[0])))
+
+
+def _is_of_motion(code: int) -> bool:
+    """Return True if a limit is one on the whole motion."""
+    name = LIMIT_NAMES[code]
+    return code >= 0 and name in LIMITS and LIMITS[name].of_motion
+
+
+def _numbers_at(question: Question, choice: Solutions, end: End) -> dict[str, float]:
+    """Return the numbers under the condition that sets an end, by key; none without slopes."""
+    if not _has_slopes(choice, end):
+        return {}
+    condition = choice.binding(end).condition
+    return _numbers_under(question.for_conditions(condition), choice.points)
+
+
+def _of_end(
+    question: Question,
+    choice: Solutions,
+    end: End,
+    values: dict[str, float],
+    changed: dict[ChangedNumber, dict[End, Binding]],
+) -> Iterator[SensitivityRecord]:
+    """Yield the record of each number that moves one end.
+
+    Args:
+        question: The question.
+        choice: The choice.
+        end: "from" or "to".
+        values: Numbers under the condition that sets the end, by key.
+        changed: Limits that set the ends with one number 1 % off.
+    """
     binding = choice.binding(end)
     code = int(binding.by[0])
     state = int(binding.state[0])
-    condition = int(binding.condition[0])
     name = LIMIT_NAMES[code]
-    of_motion = code >= 0 and name in LIMITS and LIMITS[name].of_motion
-    if state < 0 and not of_motion:
-        return
-    if not np.isfinite(choice.pretension_at(end)[0]):
-        return
-    question = solver.question
+    of_motion = _is_of_motion(code)
     points = choice.points
-    alone = question.for_conditions(np.array([condition]))
+    alone = question.for_conditions(binding.condition)
     bounds = alone.bounds
     design = alone.designs(points)
     slope = (
@@ -109,8 +160,6 @@ def _of_end(solver: Solver, choice: Solutions, end: End) -> Iterator[Sensitivity
             "per_percent": derivative * value / 100.0,
         }
 
-    values = _numbers_under(alone, points)
-    steady = _steady(solver, points, values, end, (code, state))
     derivatives = dict.fromkeys(values, math.nan)
     if not of_motion and values:
         stepped_one_each = _stepped_one_each(alone.condition_numbers, values)
@@ -120,7 +169,8 @@ def _of_end(solver: Solver, choice: Solutions, end: End) -> Iterator[Sensitivity
         if not math.isfinite(derivatives[key]):
             stepped = {**alone.condition_numbers, key: np.array([value + _STEP * 1j])}
             derivatives[key] = slope(alone.designs(points, stepped), bounds).item()
-        yield record(key, value, derivatives[key], steady=steady[key])
+        steady = _is_steady(changed[ChangedNumber(key, value)][end], code, state)
+        yield record(key, value, derivatives[key], steady=steady)
     if name not in bounds:
         return
     needs = [need.key for need in LIMITS[name].needs]
@@ -218,69 +268,119 @@ def _numbers_under(alone: Question, points: Points) -> dict[str, float]:
     return {key: value for key, value in values.items() if np.isfinite(value)}
 
 
-def _steady(
-    solver: Solver, points: Points, values: dict[str, float], end: End, binding: tuple[int, int]
-) -> dict[str, bool]:
-    """Return True by key for numbers that may be 1 % off while the same limit binds.
+def _is_steady(changed: Binding, code: int, state: int) -> bool:
+    """Return True if one limit binds in one state, or near it, whichever way a number is changed.
+
+    Args:
+        changed: Limits that bind with the number 1 % off, (factors,).
+        code: The limit.
+        state: The state.
+    """
+    is_same = (changed.by == code) & (np.abs(changed.state - state) <= _NEAR)
+    return bool(is_same.all())
+
+
+def _changed_bindings(
+    solver: Solver, points: Points, changes: Sequence[ChangedNumber]
+) -> dict[ChangedNumber, dict[End, Binding]]:
+    """Return the limits that set both ends of a choice with one number 1 % off, (factors,) each.
 
     A number is changed in every condition. Numbers that no condition sets are changed as numbers of
     choices, others by a factor that the choice sets, and all choices of a kind are solved at once.
+    The same number of both ends is changed once.
 
     Args:
         solver: Solver of the question.
         points: The choice.
-        values: Numbers under the condition that binds, by key.
-        end: "from" or "to".
-        binding: Code of the limit that binds, and the state.
+        changes: Numbers to change.
     """
     given = solver.question.condition_numbers
     of_choices = []
     of_conditions = []
     one_by_one = []
-    for key in values:
-        if key not in given:
-            of_choices.append(key)
-        elif split_side(key)[1] is None and scale_of(key) not in {**given, **points.numbers}:
-            of_conditions.append(key)
-        else:  # a number of one side has no factor, and others have theirs already
-            one_by_one.append(key)
-
-    def binds(changes: dict[str, Array], unchanged: float) -> Flags:
-        """Return True by change in which the same limit binds, if one number each is changed."""
-        count = len(_FACTORS) * len(changes)
-        numbers = {key: np.full(count, value[0]) for key, value in points.numbers.items()}
-        for place, (key, pair) in enumerate(changes.items()):
-            column = numbers.setdefault(key, np.full(count, unchanged))
-            column[len(_FACTORS) * place : len(_FACTORS) * (place + 1)] = pair
-        return _binds(solver, Points.of(numbers, count), end, binding)
+    for change in dict.fromkeys(changes):
+        if change.key not in given:
+            of_choices.append(change)
+        elif _has_factor(change.key, {*given, *points.numbers}):
+            of_conditions.append(change)
+        else:
+            one_by_one.append(change)
 
     factors = np.array(_FACTORS)
-    is_same = []
-    if of_choices:
-        is_same.append(binds({key: values[key] * factors for key in of_choices}, np.nan))
-    if of_conditions:
-        is_same.append(binds({scale_of(key): factors for key in of_conditions}, 1.0))
-    for key in one_by_one:
-        known = np.where(np.isnan(given[key]), values[key], given[key])
-        for factor in _FACTORS:
-            scaled = solver.for_question(solver.question.with_numbers({key: known * factor}))
-            is_same.append(_binds(scaled, points, end, binding))
-    steady = np.all(np.concatenate(is_same).reshape(-1, len(_FACTORS)), axis=1).tolist()
-    return dict(zip([*of_choices, *of_conditions, *one_by_one], steady, strict=True))
+    changed: dict[ChangedNumber, dict[End, Binding]] = {}
+    numbers = [(change.key, change.value * factors) for change in of_choices]
+    changed |= zip(of_choices, _bindings_with(solver, points, numbers, np.nan), strict=True)
+    keys_of_factors = [*dict.fromkeys(scale_of(change.key) for change in of_conditions)]
+    numbers = [(key, factors) for key in keys_of_factors]
+    by_factor = _bindings_with(solver, points, numbers, 1.0)
+    of_factors = dict(zip(keys_of_factors, by_factor, strict=True))
+    changed |= {change: of_factors[scale_of(change.key)] for change in of_conditions}
+    for change in one_by_one:
+        changed[change] = _bindings_under_factors(solver, points, change)
+    return changed
 
 
-def _binds(solver: Solver, points: Points, end: End, expected: tuple[int, int]) -> Flags:
-    """Return True for choices in which a limit binds in a state, or near it."""
-    code, state = expected
-    is_same = []
+def _has_factor(key: str, set_numbers: set[str]) -> bool:
+    """Return True if a choice may set a factor of a number that conditions set.
+
+    A number of one side has none, and there may be one already.
+
+    Args:
+        key: Key of the number.
+        set_numbers: Keys of all numbers that choices and conditions set.
+    """
+    _, side = split_side(key)
+    return side is None and scale_of(key) not in set_numbers
+
+
+def _bindings_with(
+    solver: Solver, points: Points, numbers: Sequence[tuple[str, Array]], unchanged: float
+) -> list[dict[End, Binding]]:
+    """Return the limits that set both ends with each of some numbers of the choice, (factors,).
+
+    Args:
+        solver: Solver of the question.
+        points: The choice.
+        numbers: Keys of the numbers, and their values, (factors,).
+        unchanged: Value of a number that the choice does not set while another is changed.
+    """
+    each = len(_FACTORS)
+    count = each * len(numbers)
+    columns = {key: np.full(count, value[0]) for key, value in points.numbers.items()}
+    places = [slice(start, start + each) for start in range(0, count, each)]
+    for place, (key, values) in zip(places, numbers, strict=True):
+        column = columns.setdefault(key, np.full(count, unchanged))
+        column[place] = values
+    if not numbers:
+        return []
+    bindings = _bindings(solver, Points.of(columns, count))
+    return [{end: binding.select(place) for end, binding in bindings.items()} for place in places]
+
+
+def _bindings_under_factors(
+    solver: Solver, points: Points, change: ChangedNumber
+) -> dict[End, Binding]:
+    """Return the limits that set both ends with a number of the conditions changed, (factors,)."""
+    question = solver.question
+    given = question.condition_numbers[change.key]
+    known = np.where(np.isnan(given), change.value, given)
+    parts = []
+    for factor in _FACTORS:
+        scaled = question.with_numbers({change.key: known * factor})
+        parts.append(_bindings(solver.for_question(scaled), points))
+    return {end: Binding.concatenate([part[end] for part in parts]) for end in ENDS}
+
+
+def _bindings(solver: Solver, points: Points) -> dict[End, Binding]:
+    """Return the limits that set both ends of the windows of choices, from ends at samples."""
+    parts = []
     at_once = max(1, _CHANGED_AT_ONCE // len(solver.question.conditions))
     for rows in solver.cut(len(points), at_once):
         changed = points.select(rows)
         ends = solver.all_limits(solver.ends_at_samples(changed), changed)
         solved, _ = solve_windows(solver, changed, ends)
-        binding = solved.binding(end)
-        is_same.append((binding.by == code) & (np.abs(binding.state - state) <= _NEAR))
-    return np.concatenate(is_same)
+        parts.append(solved)
+    return {end: Binding.concatenate([part.binding(end) for part in parts]) for end in ENDS}
 
 
 # --- Sobol indices --------------------------------------------------------------------------------

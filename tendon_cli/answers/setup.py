@@ -21,6 +21,7 @@ from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import Solutions
 from tendon_cli.windows.study_arm import of_designs, study_arm, tension_per_length
+from tendon_cli.windows.verification import Verified
 
 SETTING_COLUMNS = (*SET_AT_JOINT, *SET_AT_MOTOR)
 """Columns of the tensions to set, at the joint and at the motor, N."""
@@ -51,15 +52,28 @@ def settings(design: Design, pretension: Array, count: int) -> dict[str, Array]:
 # --- The record -----------------------------------------------------------------------------------
 
 
-def setting_record(question: Question, choice: Solutions) -> SettingRecord:
-    """Return the posture in which a choice is set, and the pretension that shorter tendons add."""
+def setting_record(
+    question: Question, choice: Solutions, judged: Verified | None = None
+) -> SettingRecord:
+    """Return the posture in which a choice is set, and the pretension that shorter tendons add.
+
+    Args:
+        question: The question.
+        choice: The choice.
+        judged: Judgement of a fresh sample, whose window then says how far the setting may be off.
+    """
     design = study_arm(question, choice.points.at_pretension(choice.pretension))
     posture = question.study.setting
     per_length = float(tension_per_length(question, choice.points)[0])
     reserve = float(choice.reserve[0])
     pretension = float(choice.pretension[0])
-    too_long = (pretension - float(choice.pretension_from[0])) / per_length
-    too_short = (float(choice.pretension_to[0]) - pretension) / per_length
+    low = float(choice.pretension_from[0])
+    high = float(choice.pretension_to[0])
+    if judged is not None:
+        low = judged.low
+        high = judged.high
+    too_long = (pretension - max(low, 0.0)) / per_length
+    too_short = (high - pretension) / per_length
     is_within = too_long >= 0.0 and too_short >= 0.0
     return {
         "angle": float(posture.angle.array[0]),

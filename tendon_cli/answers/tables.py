@@ -69,7 +69,7 @@ def choice_columns(question: Question) -> tuple[Column, ...]:
     read = question.study.setting.read
     return (
         *_row_columns(question.choices, read),
-        Column("refined", "truth", "1", "a point between those of the grid"),
+        Column("refined", "truth", "1", "lies between the points of the grid"),
         *_of_quantities("pretension_from", "pretension_to", read=read),
         Column(
             "windows",
@@ -78,8 +78,16 @@ def choice_columns(question: Question) -> tuple[Column, ...]:
             "intervals of pretension that serve enough; the widest is the window",
         ),
         *_of_quantities("tolerance"),
-        Column("from_by", "text", "1", f"limit that binds below, {or_impossible}", choices=_LIMITS),
-        Column("to_by", "text", "1", f"limit that binds above, {or_impossible}", choices=_LIMITS),
+        Column(
+            "from_by",
+            "text",
+            "1",
+            f"limit that sets the lower end, {or_impossible}",
+            choices=_LIMITS,
+        ),
+        Column(
+            "to_by", "text", "1", f"limit that sets the upper end, {or_impossible}", choices=_LIMITS
+        ),
         *_BINDS,
         Column("from_direction", "text", "1", of_state, choices=directions),
         Column("to_direction", "text", "1", of_state, choices=directions),
@@ -87,7 +95,8 @@ def choice_columns(question: Question) -> tuple[Column, ...]:
         Column.of(QUANTITIES["elbow_angle"], "to_elbow_angle"),
         *_times(question),
         *_of_quantities("served", "served_at", "pretension", *WORST, read=read),
-        *_of_quantities(*SETTING_COLUMNS, "tolerance_length", read=read),
+        *_settings_of_choices(),
+        *_of_quantities("tolerance_length", read=read),
         Column("advice", "text", "1", "advice that it fails; empty if none", choices=ADVICE),
         Column(
             "between_samples",
@@ -100,7 +109,7 @@ def choice_columns(question: Question) -> tuple[Column, ...]:
             "feasible",
             "truth",
             "1",
-            "it has a window; if the pretension is given, that serves enough",
+            "has a window; if the pretension is given, it serves enough",
         ),
         Column(
             "on_front", "truth", "1", "no other choice is as good in all goals and better in one"
@@ -154,11 +163,18 @@ def choice_rows(question: Question, choices: Solutions, refined: Flags) -> Colum
         "pretension": choices.pretension,
         **{name: getattr(choices.worst, name) for name in WORST},
         "advice": choices.advice,
-        **settings(study_arm(question, at_pretension), choices.pretension, len(choices)),
+        **settings(study_arm(question, at_pretension), _to_set(question, choices), len(choices)),
         "tolerance_length": _finite(choices.tolerance_length),
         "between_samples": choices.between_samples,
         "feasible": choices.feasible,
     }
+
+
+def _to_set(question: Question, choices: Solutions) -> Array:
+    """Return the pretensions to set, N; NaN for a choice without a window, unless it is given."""
+    if question.placement.given is not None:
+        return choices.pretension
+    return np.where(choices.has_window, choices.pretension, np.nan)
 
 
 def _of_end(question: Question, choices: Solutions, end: End) -> ColumnArrays:
@@ -317,6 +333,14 @@ def _of_quantities(*names: str, read: str = F0) -> tuple[Column, ...]:
             column = replace(column, unit=unit_of_reading(read), long_name=long_name)
         columns.append(column)
     return tuple(columns)
+
+
+def _settings_of_choices() -> tuple[Column, ...]:
+    """Return the columns of the tensions to set, which say when they are null."""
+    return tuple(
+        replace(column, long_name=f"{column.long_name}; null without a window, see from_by, to_by")
+        for column in _of_quantities(*SETTING_COLUMNS)
+    )
 
 
 def _row_columns(space: Space, read: str) -> tuple[Column, ...]:

@@ -34,10 +34,12 @@ from tendon_cli.answers.text_bench import bench_heading, drift_words, to_set
 from tendon_cli.answers.text_exact import exact_words
 from tendon_cli.answers.text_order import (
     goal_name,
+    state_words,
     ties_words,
     tolerance_millimetres,
     tolerance_percent,
     tolerance_words,
+    unsettable_words,
     why_first,
 )
 from tendon_cli.answers.text_parts import HEADING, but_words, parts_words
@@ -149,8 +151,10 @@ def _first_sentence(record: AnswerResults, best: ChoiceRecord) -> str:
     low, high = window_of(best) or (np.nan, np.nan)
     choice = choice_words(question, best)
     start = f"{choice}: a {noun}" if choice else f"A {noun}"
-    rule = why_first(record)
-    rule = f" {rule}" if rule else ""
+    unsettable = unsettable_words(record)
+    but = f"But it {unsettable}." if unsettable else ""
+    reasons = (but, why_first(record), state_words(record))
+    rule = "".join(f" {words}" for words in reasons if words)
     judged = best["served_verified"]
     fresh = record["verified_by"]
     if judged is not None and fresh is not None:

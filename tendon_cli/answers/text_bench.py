@@ -126,6 +126,8 @@ def shortening_words(record: AnswerResults, best: ChoiceRecord, setting: Setting
     works = "works"
     if record["serve"] < 1.0 and question["groups"] > 1:
         works = f"serves {say.percent(record['serve'])}"
+        if best["served_verified"] is not None:
+            works = f"{works} of the new {question['counted']}"
     span = f"{say.window_text(low, high, unit=question['unit'])} {works}"
     if math.isinf(high):
         return f"{words}; they may be {too_long} too long ({span})"

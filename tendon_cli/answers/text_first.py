@@ -23,6 +23,7 @@ from tendon_cli.answers.text_bench import (
     on_whom,
     posture_words,
 )
+from tendon_cli.answers.text_order import unsettable_words
 from tendon_cli.answers.text_parts import can_be_built, failure_words
 from tendon_cli.answers.text_people import population_share
 from tendon_cli.answers.text_verified import judgement_words
@@ -69,15 +70,19 @@ def first_words(record: AnswerResults, best: ChoiceRecord) -> str:
 
     "Set 168 N in the flexor (112 N in the extensor) at the joint, arm hanging straight, hand
     empty: springs of 5 kN/m with a spool ratio of 0.6 work for all 4 loads." If the suit cannot be
-    built, or a fresh sample refutes it, the sentence does not begin with "Set".
+    built or set, or a fresh sample refutes it, the sentence does not begin with "Set".
     """
     suit = suit_words(record["question"], best)
     serves = _serves(record, best, suit)
     setting = bench_words(record, best)
     failures = failure_words(record)
+    unsettable = unsettable_words(record)
+    but = f", but {failures}" if failures else ""
+    if unsettable:
+        at_setting = f"{suit.verb('They', 'It')} {serves} at {setting}"
+        return f"{_capital(suit.words)} {unsettable}. {at_setting}{but}."
     if not can_be_built(record):
         return f"{_capital(suit.words)} would be set to {setting}, but {failures}."
-    but = f", but {failures}" if failures else ""
     if best["feasible"] and suit.is_of_parts:
         return f"{_capital(suit.words)}: set {setting}; this {serves}{but}."
     if best["feasible"]:

@@ -5,15 +5,29 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from tendon_cli import say
-from tendon_cli.answer_record import AnswerResults, ChoiceRecord, DecisionRecord, QuestionRecord
-from tendon_cli.answers.phrases import choice_words
+from tendon_cli.answer_record import (
+    AnswerResults,
+    ChoiceRecord,
+    DecisionRecord,
+    GoalRecord,
+    QuestionRecord,
+    value_of,
+)
+from tendon_cli.answers.phrases import carried_words, choice_words, window_of
+from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import limit_of
 from tendon_cli.studies.study import keys
 
 _HARDLY_ANY = 1e-4
 """Share of the pretension up to which a tolerance is printed as 0."""
-_SHORTEST = 1e-6
-"""Length up to which a tolerance is printed as 0, m."""
+
+_KEPT = {
+    "built": "can be built",
+    "served_enough": "serve enough",
+    "can_be_set": "can be set",
+    "advised": "keep the advice",
+}
+"""Words for the choices that a rule before all goals leaves, by the rule."""
 
 
 # --- Why it is named first ------------------------------------------------------------------------
@@ -24,14 +38,12 @@ def why_first(record: AnswerResults) -> str:
     decided = record["decided"]
     if decided is None or record["choices"] == 1:
         return ""
+    if not decided["can_be_set"] and decided["rule"] != "settable":
+        return _none_can_be_set(record, decided)
     if len(record["front"]) == 1:
         return "This choice is the best in every goal."
     if record["given_up"] is not None:
-        share = say.percent(record["given_up"])
-        return (
-            f"This choice is the best compromise on the Pareto front: it gives up at most {share}"
-            " of the range of any goal."
-        )
+        return _why_compromise(record, decided, record["given_up"])
     question = record["question"]
     among = f"{_of_choices(decided)}{_left_before(question, decided)}"
     rule = decided["rule"]
@@ -45,6 +57,7 @@ def why_first(record: AnswerResults) -> str:
     enough = f"{say.percent(record['serve'])}{_of_own_sample(record)}"
     said_of_rule = {
         "built": ("can be built", "can be built"),
+        "can_be_set": ("can be set", "can be set"),
         "advised": ("keeps the advice", "keep the advice"),
         "served_enough": (f"serves {enough}", f"serve {enough}"),
     }
@@ -53,7 +66,87 @@ def why_first(record: AnswerResults) -> str:
         if decided["left"] == 1:
             return f"Only this one of {among} {one}."
         return f"{decided['left']:,} of {among} {several} and tie{_and_breaks(decided)}."
-    return f"This choice {_superlative_of(record, rule)} of the {among.removeprefix('the ')}."
+    among = f"the {among.removeprefix('the ')}"
+    best = record["best"]
+    if rule == "max_tension" and not question["has_goals"] and best is not None:
+        tension = say.quantity("max_tension", value_of(best, "max_tension"))
+        return f"The tension of this choice reaches {tension} in motion, the least of {among}."
+    return f"This choice {_superlative_of(record, rule)} of {among}."
+
+
+def _none_can_be_set(record: AnswerResults, decided: DecisionRecord) -> str:
+    """Say that no choice can be set; empty if one can that cannot be built or serves too few."""
+    if {decided["rule"], *decided["after"]} & {"built", "served_enough"}:
+        return ""
+    if record["feasible"] == 2:
+        return "Neither choice with a window can be set."
+    return f"None of the {say.counted(record['feasible'], 'choice')} with a window can be set."
+
+
+def _why_compromise(record: AnswerResults, decided: DecisionRecord, given_up: float) -> str:
+    """Say of which choices the front is, what range each goal has on it, and what is given up."""
+    kept = [words for rule, words in _KEPT.items() if rule in decided["after"]]
+    of_whom = ""
+    if kept and decided["choices"] is not None:
+        among = say.counted(decided["choices"], "choice")
+        of_whom = f" of the {among} that {say.join_words(kept)}"
+    in_order = sorted(record["goals"], key=lambda goal: goal["column"])
+    ranges = [_range_on_front(record, goal) for goal in in_order]
+    on_front = ", ".join(words for words in ranges if words)
+    on_front = f" ({on_front})" if on_front else ""
+    return (
+        f"This choice is the best compromise on the Pareto front{of_whom}: it gives up at most"
+        f" {say.percent(given_up)} of the range that any goal has on the front{on_front}."
+    )
+
+
+def _range_on_front(record: AnswerResults, goal: GoalRecord) -> str:
+    """Say the values of a goal on the front: "price 90 to 154 EUR"; empty if one has no end."""
+    question = record["question"]
+    column = goal["column"]
+    values = [value_of(row, column) for row in record["front"]]
+    if any(not isinstance(value, int | float) for value in values):
+        return ""
+    ends = sorted(values, key=float)
+    if column in question.get("carried", {}):
+        low, high = (carried_words(question, {column: end}, column) for end in (ends[0], ends[-1]))
+    elif column in QUANTITIES:
+        low, high = (say.quantity(column, float(end)) for end in (ends[0], ends[-1]))
+    else:
+        return ""
+    unit = high.partition(" ")[2]
+    return f"{goal_name(column)} {low.removesuffix(f' {unit}')} to {high}"
+
+
+def unsettable_words(record: AnswerResults) -> str:
+    """Say that the window of the choice named first is narrower than an error of setting.
+
+    Empty if the choice can be set.
+    """
+    decided = record["decided"]
+    best = record["best"]
+    if decided is None or decided["can_be_set"] or best is None:
+        return ""
+    question = record["question"]
+    accuracy = say.tolerance_that_is_enough(question, 1.0 / question["needed"])
+    window = window_of(best)
+    if question["accuracy"]["tension"] is not None and window is not None:
+        half = f"{say.number(0.5 * (window[1] - window[0]), 2)} {question['unit']}"
+    else:
+        half = say.length_to_spare(best["tolerance_length"] or 0.0)
+    return f"cannot be set: the window is ± {half}, the accuracy of setting ± {accuracy}"
+
+
+def state_words(record: AnswerResults) -> str:
+    """Say which numbers to state if a choice cannot be set, and which values they have now."""
+    decided = record["decided"]
+    if decided is None or decided["can_be_set"]:
+        return ""
+    defaults = []
+    for key, value in decided["by_default"].items():
+        number = say.quantity(keys()[key].quantity, value)
+        defaults.append(f"{key} (now {number}, the default)")
+    return f"State {say.join_words(defaults)}." if defaults else ""
 
 
 def _of_own_sample(record: AnswerResults) -> str:
@@ -83,6 +176,9 @@ def _why_settable(record: AnswerResults, decided: DecisionRecord) -> str:
     question = record["question"]
     best = record["best"]
     wide = f"a window at least {say.tolerance_that_is_enough(question, 2.0)} wide"
+    if decided["after"] == ["can_be_set"]:
+        # What cannot be set has no such window, either: it is counted, too.
+        decided = {**decided, "choices": record["feasible"]}
     if decided["is_settable"]:
         if decided["left"] > 1:
             return (
@@ -101,9 +197,7 @@ def _why_settable(record: AnswerResults, decided: DecisionRecord) -> str:
 
 
 def _superlative_of(record: AnswerResults, column: str) -> str:
-    """Say what a choice has by the goal that decides: "needs the least tension"."""
-    if column == "max_tension" and not record["question"]["has_goals"]:
-        return "needs the least tension"
+    """Say what a choice has by the goal that decides: "has the smallest motor torque"."""
     maximise = any(goal["maximise"] for goal in record["goals"] if goal["column"] == column)
     return f"has the {'largest' if maximise else 'smallest'} {goal_name(column)}"
 
@@ -196,8 +290,8 @@ def tolerance_percent(row: ChoiceRecord) -> str:
 
 
 def tolerance_millimetres(row: ChoiceRecord) -> str:
-    """Say the tolerance in millimetres, "-" without an upper end."""
+    """Say the tolerance in millimetres, rounded down; "-" without an upper end."""
     length = row["tolerance_length"]
     if length is None:
         return "-"
-    return say.number(1e3 * length, 2) if length > _SHORTEST else "0"
+    return say.length_to_spare(length).removesuffix(" mm")

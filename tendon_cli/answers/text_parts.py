@@ -22,6 +22,7 @@ from tendon_cli.answer_record import (
 
 HEADING = "Parts it needs"
 _OF_CUFFS = "cuffs at the knee, Ergonomics 63(5):618"
+_USUAL_ROPE = "7x7"
 _SURELY = 1.0 + 1e-9
 """Factor by which a value must be beyond a bound to be so in spite of rounding."""
 
@@ -72,10 +73,13 @@ def short_parts(parts: PartsRecord) -> Iterator[str]:
     spool = parts["spool"]
     ropes = [f"{_at_most(most)} ({name})" for name, most in spool["largest_ropes"].items()]
     of_side = f"the {spool['side']}'s spool, {_length(spool['diameter'])} across,"
+    no_rope = _no_rope_fits(parts)
     yield (
-        f"a rope that breaks at {_strength(rope)} or more (7x7: {diameter}), while {of_side} takes"
-        f" at most {say.join_words(ropes, 'or')}"
+        f"a rope that breaks at {_strength(rope)} or more"
+        f"{f': {no_rope}' if no_rope else f' (7x7: {diameter})'}"
     )
+    if not no_rope:
+        yield f"{of_side} takes a rope of at most {say.join_words(ropes, 'or')}"
     spring = parts["spring"]
     if spring is not None:
         words = f"springs with {_at_least(spring['travel'], 3)} of travel"
@@ -101,6 +105,21 @@ def _failures(parts: PartsRecord) -> dict[FailingPart, str]:
         elif part == "spool":
             words[part] = _spool_fails(parts["spool"])
     return words
+
+
+def _no_rope_fits(parts: PartsRecord) -> str:
+    """Say that a 7x7 rope of the strength needed is too thick for the spool; empty if it is not."""
+    least = parts["rope"]["least_diameter"]
+    spool = parts["spool"]
+    most = spool["largest_ropes"][_USUAL_ROPE]
+    if least <= most * _SURELY:
+        return ""
+    wider = spool["least_ratios"][_USUAL_ROPE] * least
+    return (
+        f"no {_USUAL_ROPE} rope fits, strength asks for {_at_least(least, 3)}, the"
+        f" {spool['side']}'s spool, {_length(spool['diameter'])} across, takes"
+        f" {_at_most(most)}; a spool {_at_least(wider)} across would do"
+    )
 
 
 def _strap_fails(strap: StrapRecord) -> str:

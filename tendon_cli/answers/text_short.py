@@ -27,7 +27,7 @@ from tendon_cli.answers.text_bench import (
 )
 from tendon_cli.answers.text_exact import exact_short
 from tendon_cli.answers.text_first import first_words, suit_words
-from tendon_cli.answers.text_order import ties_words, why_first
+from tendon_cli.answers.text_order import state_words, ties_words, why_first
 from tendon_cli.answers.text_parts import short_parts
 from tendon_cli.answers.text_people import need_words
 from tendon_cli.answers.text_remedies import fix_words, relaxations_words
@@ -72,6 +72,9 @@ def _answer(record: AnswerResults, best: ChoiceRecord) -> Iterator[Section]:
     rule = why_first(record)
     if rule:
         first.append(Clause(rule, 1))
+    to_state = state_words(record)
+    if to_state:
+        first.append(Clause(to_state))
     yield Section("", first, " ")
     yield Section("Why", [*_why(record, best)], "")
     if not best["feasible"]:
@@ -91,7 +94,10 @@ def _why(record: AnswerResults, best: ChoiceRecord) -> Iterator[Clause]:
     question = record["question"]
     noun, where = say.setting_words(question["read"])
     gauge = where or f" of {noun}"
-    yield Clause(phrases.lower_words(question, best, gauge))
+    own_sample = ""
+    if best["served_verified"] is not None:
+        own_sample = f"in {phrases.own_sample(question)}: "
+    yield Clause(f"{own_sample}{phrases.lower_words(question, best, gauge)}")
     yield Clause(phrases.upper_words(question, best))
     drift = drift_words(record["drift"])
     if drift:

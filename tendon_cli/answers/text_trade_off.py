@@ -41,6 +41,18 @@ def trade_off_blocks(record: AnswerResults) -> Iterator[say.Block]:
         step = -(-len(lines) // _MOST_LINES)
         head = ["", f"window {unit}", "±mm", unit, "tension", ""]
         yield say.table([head, *lines[::step]])
+        yield from say.items(_own_limits(axis, trade_off))
+
+
+def _own_limits(axis: AxisRecord, trade_off: TradeOffRecord) -> Iterator[str]:
+    """Say with which parts a limit of the part itself, such as a motor's speed, ends the window."""
+    own = {limit_of(key) for sets in (axis["sets"] or {}).values() for key in sets}
+    for value, choice in zip(trade_off["values"], trade_off["best"], strict=True):
+        if choice is None:
+            continue
+        for limit, end in ((choice["from_by"], "lower"), (choice["to_by"], "upper")):
+            if limit is not None and limit in own:
+                yield f"with {value} its own {say.limit_on(limit)} sets the {end} end"
 
 
 def _lines(

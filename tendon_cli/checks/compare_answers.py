@@ -21,7 +21,12 @@ from tendon_cli.answer_record import (
 from tendon_cli.answers import phrases
 from tendon_cli.answers.answer import Answer
 from tendon_cli.answers.choice_rows import choice_in_row, same_choice
-from tendon_cli.answers.paired import PairedShares, paired_shares, unpaired_interval
+from tendon_cli.answers.paired import (
+    PairedShares,
+    paired_shares,
+    unpaired_interval,
+    why_other_draws,
+)
 from tendon_cli.answers.text import no_window_words
 from tendon_cli.answers.text_first import bench_words, first_words, suit_words
 from tendon_cli.checks.comparison_record import (
@@ -30,9 +35,11 @@ from tendon_cli.checks.comparison_record import (
     ComparedResult,
     ComparisonRecord,
     Judgement,
+    LostRecord,
     MoveRecord,
     QuantityRecord,
 )
+from tendon_cli.checks.lost_member import lost_afresh, lost_by_name
 from tendon_cli.checks.study_differences import study_differences
 from tendon_cli.quantities import AS_READ, QUANTITIES, in_unit_of_reading
 from tendon_cli.tables.schema import as_numpy
@@ -466,48 +473,80 @@ def _judge_share(
 
 def _beside(first: ComparedAnswer, other: ComparedAnswer, pair: PairedShares | None) -> BesideFirst:
     """Return whom another answer serves and the first does not, and the other way round."""
-    before = _served_by_name(first)
-    now = _served_by_name(other)
+    tables = (_table_of_members(first), _table_of_members(other))
+    before = _served_by_name(first, tables[0])
+    now = _served_by_name(other, tables[1])
     gained: list[str] = []
     lost: list[str] = []
     has_same_names = before is not None and now is not None and before.keys() == now.keys()
+    if has_same_names and "draws" in tables:
+        has_same_names = why_other_draws(first.answer.study, other.answer.study) is None
     if before is not None and now is not None and has_same_names:
         gained = [str(member[0]) for member in now if now[member] and not before[member]]
         lost = [str(member[0]) for member in now if before[member] and not now[member]]
     moves: list[MoveRecord | None] = [None, None]
-    own = 0 if now is None else len(now)
+    own = len(now) if now is not None and has_same_names else 0
     if pair is not None:
         moves = [
-            _move(pair.kind, pair.gained_members, pair.members, pair.gained, gained, own),
-            _move(pair.kind, pair.lost_members, pair.members, pair.lost, lost, own),
+            _move(pair.kind, pair.gained_members, pair.members, pair.gained),
+            _move(pair.kind, pair.lost_members, pair.members, pair.lost),
         ]
     elif now is not None and has_same_names:
-        kind = "persons" if other.record["question"]["counts"].get("person") else "draws"
+        kind = tables[1] or ""
         moves = [
-            _move(kind, len(names), len(now), len(names) / len(now), names, len(now))
-            for names in (gained, lost)
+            _move(kind, len(names), len(now), len(names) / len(now)) for names in (gained, lost)
         ]
+    for move, names in zip(moves, (gained, lost), strict=True):
+        if move is not None and own:
+            move |= {
+                "names": names[:_MOST_NAMES],
+                "named": len(names),
+                "named_kind": tables[1] or "",
+                "named_of": own,
+            }
     return {
         "gained": moves[0],
         "lost": moves[1],
+        "lost_one": _lost_one(other, tables[1], lost, pair),
         "paired": pair is not None,
         "margins": None,
         "broken": [],
     }
 
 
-def _move(
-    kind: str, count: int, of: int, share: float, names: list[str], named_of: int
-) -> MoveRecord:
-    """Return the record of those that one of two answers alone serves."""
+def _lost_one(
+    other: ComparedAnswer, table: str | None, lost: list[str], pair: PairedShares | None
+) -> LostRecord | None:
+    """Return one person or draw that another answer does not serve and the first does.
+
+    One of the answer's own sample has a name; one of a fresh sample has its numbers.
+
+    Args:
+        other: The other answer.
+        table: Its table of persons or of draws.
+        lost: Names of those of its own sample that are lost.
+        pair: The fresh sample of both answers.
+    """
+    if other.choice is None:
+        return None
+    if lost and table is not None:
+        return lost_by_name(other.answer, other.choice, table, lost[0])
+    if pair is None or pair.lost_one is None:
+        return None
+    return lost_afresh(other.answer, other.choice, pair.lost_one)
+
+
+def _move(kind: str, count: int, of: int, share: float) -> MoveRecord:
+    """Return the record of those that one of two answers alone serves, none of them by name."""
     return {
         "kind": kind,
         "count": count,
         "of": of,
         "share": share,
-        "names": names[:_MOST_NAMES],
-        "named": len(names),
-        "named_of": named_of,
+        "names": [],
+        "named": 0,
+        "named_kind": kind,
+        "named_of": 0,
     }
 
 
@@ -523,28 +562,41 @@ _RESULTS_OF_MEMBERS = (
 """Columns of persons or draws that depend on the suit, besides those that say what to set."""
 
 
-def _served_by_name(one: ComparedAnswer) -> dict[Member, bool] | None:
-    """Return for each person or draw of an answer's own sample whether it is served.
+def _table_of_members(one: ComparedAnswer) -> str | None:
+    """Return "persons" or "draws", the table of an answer's own sample.
 
-    A person of several draws is served if enough of them are. None if the table is not of the
-    choice that is compared.
+    None if there is no such table, or if it is not of the choice that is compared.
     """
     population = one.record["population"]
     if population is None or one.choice is None or population["choice"] != one.choice["choice"]:
         return None
     for table in ("persons", "draws"):
-        has_table = table in one.answer.tables or f"{table}.parquet" in one.answer.table_files
-        if has_table:
-            rows = one.answer.table(table)
-            enough = 1.0 if population["kind"] == table else one.record["serve"]
-            served = as_numpy(rows.column("served")) >= enough - ROUNDING
-            about = [
-                rows.column(name).to_pylist()
-                for name in rows.column_names
-                if name not in _RESULTS_OF_MEMBERS and not name.startswith("set_")
-            ]
-            return dict(zip(zip(*about, strict=True), served.tolist(), strict=True))
+        if table in one.answer.tables or f"{table}.parquet" in one.answer.table_files:
+            return table
     return None
+
+
+def _served_by_name(one: ComparedAnswer, table: str | None) -> dict[Member, bool] | None:
+    """Return for each person or draw of an answer's own sample whether it is served.
+
+    A person of several draws is served if enough of them are. None without a table.
+
+    Args:
+        one: The answer.
+        table: Its table of persons or of draws.
+    """
+    population = one.record["population"]
+    if table is None or population is None:
+        return None
+    rows = one.answer.table(table)
+    enough = 1.0 if population["kind"] == table else one.record["serve"]
+    served = as_numpy(rows.column("served")) >= enough - ROUNDING
+    about = [
+        rows.column(name).to_pylist()
+        for name in rows.column_names
+        if name not in _RESULTS_OF_MEMBERS and not name.startswith("set_")
+    ]
+    return dict(zip(zip(*about, strict=True), served.tolist(), strict=True))
 
 
 # --- What binds -----------------------------------------------------------------------------------

@@ -260,7 +260,14 @@ def _feasible(cubes: Sequence[Cube], pairs: Sequence[TablePair | None]) -> Quant
 def _beside(pair: TablePair | None) -> BesideFirst:
     """Return which designs are gained and lost, how margins moved, and which limits are broken."""
     if pair is None:
-        return {"gained": None, "lost": None, "paired": False, "margins": None, "broken": []}
+        return {
+            "gained": None,
+            "lost": None,
+            "lost_one": None,
+            "paired": False,
+            "margins": None,
+            "broken": [],
+        }
     flips = pair.flips()
     designs = int(np.prod(pair.shape))
     moves: list[MoveRecord] = []
@@ -274,12 +281,14 @@ def _beside(pair: TablePair | None) -> BesideFirst:
                 "share": len(found) / designs,
                 "names": [place_text(where, pair.here) for where in found[:_MOST_NAMES]],
                 "named": len(found),
+                "named_kind": "designs",
                 "named_of": designs,
             }
         )
     return {
         "gained": moves[0],
         "lost": moves[1],
+        "lost_one": None,
         "paired": False,
         "margins": _margins(pair),
         "broken": _broken(pair),

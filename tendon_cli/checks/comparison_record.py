@@ -79,8 +79,21 @@ class MoveRecord(TypedDict):
     """The first of them by name, of those that have one."""
     named: int
     """Number of those that have a name: of the study's own sample, or of the designs."""
+    named_kind: str
+    """Noun for those that have a name, in the plural."""
     named_of: int
     """Number of persons, draws or designs that have a name."""
+
+
+class LostRecord(TypedDict):
+    """A person or a draw that the first answer serves and a later one does not."""
+
+    name: str
+    """Its name; of a fresh draw its numbers."""
+    why: str
+    """Why the later answer does not serve it, in words."""
+    command: str | None
+    """Command that shows it; null if nothing that is still there can show it."""
 
 
 class MarginRecord(TypedDict):
@@ -122,6 +135,8 @@ class BesideFirst(TypedDict):
     """Members whom the later result alone serves; null if it cannot be told."""
     lost: MoveRecord | None
     """Members whom the first alone serves."""
+    lost_one: LostRecord | None
+    """One of the lost persons or draws, to look at; null if none is known by name or numbers."""
     paired: bool
     """True if both shares are of the same members of a fresh sample, computed again for this."""
     margins: MarginRecord | None

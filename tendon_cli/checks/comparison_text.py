@@ -10,6 +10,7 @@ from tendon_cli.checks.comparison_record import (
     ComparedResult,
     ComparisonRecord,
     Judgement,
+    LostRecord,
     MarginRecord,
     MoveRecord,
     QuantityRecord,
@@ -78,6 +79,8 @@ def comparison_markdown(record: ComparisonRecord, joint: str) -> str:
             lines += ["", f"{level} {text}", ""]
         elif kind == "item":
             lines.append(f"- {text}")
+        elif kind == "command":
+            lines += ["", "```", content, "```"]
         else:
             lines += ["", text]
     return "\n".join(lines).strip() + "\n"
@@ -347,16 +350,34 @@ def _listed(names: Sequence[str], count: int) -> str:
 
 def _people(record: ComparisonRecord, labels: Sequence[str]) -> Iterator[Block]:
     """Yield who is gained and lost by each later result."""
-    texts = []
+    blocks: list[Block] = []
     for label, beside in zip(labels[1:], record["beside"], strict=True):
         if beside["gained"] is None or beside["lost"] is None:
             continue
         gained = _move_words(beside["gained"], "gained")
         lost = _move_words(beside["lost"], "lost")
-        texts.append(f"{label}: {gained}; {lost}")
-    if texts:
+        blocks += say.items([f"{label}: {gained}; {lost}"])
+        one = beside["lost_one"]
+        if one is not None and one["name"]:
+            blocks += _lost_words(one, beside["lost"], label)
+    if blocks:
         yield say.heading("Gained and lost")
-        yield from say.items(texts)
+        yield from blocks
+
+
+def _lost_words(one: LostRecord, lost: MoveRecord, label: str) -> Iterator[Block]:
+    """Say why one person or draw is lost to a result, and how to look at it."""
+    who = f"a new {lost['kind'].removesuffix('s')} with {one['name']}"
+    it = "it"
+    if lost["named"]:
+        who = one["name"]
+        it = who
+    words = f"{label} loses {who}: {one['why']}."
+    if one["command"] is None:
+        yield from say.items([words])
+        return
+    yield from say.items([f"{words} To look at {it}:"])
+    yield say.command(one["command"])
 
 
 def _move_words(move: MoveRecord, word: str) -> str:
@@ -367,8 +388,12 @@ def _move_words(move: MoveRecord, word: str) -> str:
         text = f"{move['count']:,} of {say.counted(move['of'], noun)} {word}"
     if move["count"] and move["kind"] != "designs":
         text += f" ({say.percent(move['share'])})"
-    if move["named"]:
-        is_of_own_sample = move["named_of"] != move["of"]
-        own = f", {move['named']:,} of the study's own {move['named_of']:,}" * is_of_own_sample
-        text += f"{own}: {_listed(move['names'], move['named'])}"
-    return text
+    is_of_own_sample = move["named_of"] != move["of"]
+    if not move["count"] or not move["named_of"]:
+        return text
+    if is_of_own_sample:
+        own = f"the study's own {move['named_of']:,}"
+        own += f" {move['named_kind']}" * (move["named_kind"] != move["kind"])
+        count = f"{move['named']:,}" if move["named"] else "none"
+        text += f", {count} of {own}"
+    return f"{text}: {_listed(move['names'], move['named'])}" if move["named"] else text

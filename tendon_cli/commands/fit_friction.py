@@ -104,10 +104,10 @@ def fit_friction(
         zero_load=zero_load,
         cell_uncertainty=cell_uncertainty,
     )
-    from tendon_cli.friction.fit_report import what_is_written, write_fragment, write_strokes
+    from tendon_cli.friction.fit_report import friction_written, write_fragment, write_strokes
 
     # What stands there is read before it is replaced.
-    said = [what_is_written(file, fit) for file in (plot, out, strokes) if file is not None]
+    said = [friction_written(file, fit) for file in (plot, out, strokes) if file is not None]
     if plot is not None:
         from tendon_cli.figures.friction import draw
 

@@ -7,7 +7,7 @@ import typer
 
 from tendon_cli.commands import options
 from tendon_cli.errors import UsageError
-from tendon_cli.terminal import print_result
+from tendon_cli.terminal import print_note, print_result
 
 LogsArgument = Annotated[
     list[Path],
@@ -39,7 +39,12 @@ def fit_suit(
     import tendon_cli as tendon
     from tendon_cli.figure_marks import is_figure
     from tendon_cli.files import check_output
-    from tendon_cli.suit_fit.fragment import is_suit_fragment, write_suit_fragment
+    from tendon_cli.suit_fit.fragment import (
+        is_suit_fragment,
+        next_command,
+        suit_written,
+        write_suit_fragment,
+    )
 
     for option, file, is_ours in (("--plot", plot, is_figure), ("--out", out, is_suit_fragment)):
         if file is None:
@@ -49,8 +54,13 @@ def fit_suit(
             raise UsageError(problem, where=option, hint="choose another name")
         check_output(file, is_ours, overwrite=overwrite)
     fit = tendon.fit_suit(tendon.load_study(study, settings or ()), logs)
+    # What stands there is read before it is replaced.
+    said = [suit_written(file, fit) for file in (plot, out) if file is not None]
     if plot is not None:
         fit.plot(out=plot, overwrite=overwrite)
     if out is not None:
         write_suit_fragment(fit, out, overwrite=overwrite)
+        said.append(f"next: {next_command(fit, study, settings or (), out)}")
     print_result(fit.record if as_json else fit.text)
+    for line in said:
+        print_note(line)

@@ -368,7 +368,7 @@ def show(
     CSV of people is shown as tendon reads it.
     """
     from tendon_cli.cube.rows import rows_in, write_csv
-    from tendon_cli.cube.rows_text import rows_text
+    from tendon_cli.cube.rows_text import head_words, rows_text
 
     options.refuse_both("--json", as_json, "--csv", as_csv)
     rows = rows_in(source, table, where or (), options.split_names(columns), sort)
@@ -377,6 +377,8 @@ def show(
     if as_csv:
         text = io.BytesIO()
         write_csv(rows, text, iter([shown]))
+        if shown.num_rows < total:
+            print_note(f"note: {head_words(shown.num_rows, total)}")
         print_result(text.getvalue().decode().rstrip("\n"))
     elif as_json:
         units = {name: rows.unit(name) for name in rows.names}

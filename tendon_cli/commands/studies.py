@@ -63,7 +63,7 @@ def init(
         file = file or Path("study.toml")
         starter.write_starter(file, template)
         step = starter.next_step(template, file)
-    print_result(f"{file} written; next: {step}")
+    print_result(f"{file} written; {step}")
 
 
 def schema() -> None:

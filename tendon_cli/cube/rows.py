@@ -361,7 +361,8 @@ def export(
     """
     if path.suffix.lower() != ".csv":
         raise UsageError(
-            f'"{shorten(path.name)}" is not the name of a CSV file', hint="end it with .csv"
+            f'"{shorten(path.name)}" is not the name of a CSV file',
+            hint="end it with .csv; the folder of a run or an answer has its tables as Parquet",
         )
     first_line = _first_line(rows, form or CsvForm())
     sums = _sums_of_sources(rows)

@@ -28,7 +28,13 @@ def rows_text(rows: TableRows, shown: pa.Table, total: int, width: int) -> str:
             lines.append("")
         lines += ["  ".join(row).rstrip() for row in zip(*columns[:fitting], strict=True)]
         columns = columns[fitting:]
-    return "\n".join([*lines, "", f"{shown.num_rows:,} of {say.counted(total, 'row')}"])
+    return "\n".join([*lines, "", head_words(shown.num_rows, total)])
+
+
+def head_words(shown: int, total: int) -> str:
+    """Say how many of all rows are shown, and the option that shows all if some are not."""
+    words = f"{shown:,} of {say.counted(total, 'row')}"
+    return words if shown == total else f"{words}; --head {total} shows all"
 
 
 def _fitting_columns(columns: list[list[str]], width: int) -> int:

@@ -162,7 +162,7 @@ def file_of(path: Path, wanted: str | None = None, *, order: Sequence[str] | Non
             "is a study, expected a table or the folder of a run", where=str(path), hint=hint
         )
     if not _is_folder(path):
-        if wanted is not None and wanted != path.stem:
+        if wanted is not None and wanted != path.stem and path.exists():
             hint = "without --table, or the folder that the table lies in"
             raise UsageError(f'is one table, not "{shorten(wanted)}"', where=str(path), hint=hint)
         return path

@@ -27,7 +27,7 @@ from tendon_cli.engine.records import is_count
 from tendon_cli.engine.sweep_kind import SWEEP
 from tendon_cli.engine.table_columns import PlanColumns
 from tendon_cli.engine.task import Note, Task
-from tendon_cli.say import share
+from tendon_cli.say import few, share
 from tendon_cli.space.axis import SLACK
 from tendon_cli.studies.checks import without_intervals
 from tendon_cli.studies.study import Study
@@ -226,7 +226,7 @@ class Sweep(Task):
         states = record["states"]
         uncertain = self.study.uncertain
         if uncertain and self.study.drawing is None:
-            names = ", ".join(uncertain)
+            names = few(list(uncertain))
             warnings.append(
                 f"uncertain numbers take their middle value ({names}); [uncertainty] with draws"
                 " above 0 draws them"

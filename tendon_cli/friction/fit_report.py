@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import tomllib
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.files import begins_with, read_file, write_output
+from tendon_cli.files import begins_with, read_file, what_is_written, write_output
 from tendon_cli.friction.fit_result import Fit
-from tendon_cli.units import shorten
 from tendon_cli.version import __version__
 
 _STROKES_MARK = "# strokes of a log, by tendon fit-friction"
@@ -35,17 +33,12 @@ _MOST_BYTES = 100_000
 """Largest size of a fragment that is read to say where it came from."""
 
 
-def what_is_written(path: Path, fit: Fit) -> str:
-    """Return a line that says that a file is written or replaced; call it before it is written.
+def friction_written(path: Path, fit: Fit) -> str:
+    """Return a line that says what a file was or becomes; call it before it is written.
 
     A fragment that came from other readings is named with them: it is a different coefficient.
     """
-    if not os.path.lexists(path):
-        return f"{path} written"
-    source = _source_of(path)
-    if source is None or source == fit.source:
-        return f"{path} replaced"
-    return f"{path} replaced; before, it held the coefficient of {shorten(source)}"
+    return what_is_written(path, _source_of(path), fit.source, "the coefficient")
 
 
 def _source_of(path: Path) -> str | None:

@@ -8,7 +8,7 @@ each other; a result has the broadcast shape of its inputs. SI units, angles in 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -327,3 +327,25 @@ def evaluate(design: Design, elbow_angle: Real, flexion: Flag) -> State:
         flexion: True in flexion, else extension.
     """
     return State.of(design, elbow_angle, flexion)
+
+
+_WITHOUT_PRETENSION = ("coupling", "response", "held_stiffness", "arm_slopes", "motor_arms")
+"""Quantities of a state that do not depend on pretension."""
+
+
+def at_pretension(state: State, pretension: Real) -> State:
+    """Return the same states with another pretension of both sides.
+
+    What does not depend on it is worked out once for both.
+
+    Args:
+        state: The states.
+        pretension: Pretension of flexor and extensor, N.
+    """
+    design = state.design
+    flexor = replace(design.flexor, pretension=pretension)
+    extensor = replace(design.extensor, pretension=pretension)
+    changed = replace(state, design=replace(design, flexor=flexor, extensor=extensor))
+    for name in _WITHOUT_PRETENSION:
+        vars(changed)[name] = getattr(state, name)
+    return changed

@@ -147,6 +147,18 @@ def motor_power(state: State, rates: TendonRates) -> Array:
     return np.asarray(state.motor_torque * rates.wound / state.design.flexor_radius)
 
 
+def spool_angle(state: State) -> Array:
+    """Return the spool angle from the unstretched flexor, as in `MotorRates`, rad."""
+    resting_flexor = state.flexor if state.resting is None else state.resting[0]
+    resting_stretch = resting_flexor.compliance * state.design.flexor.pretension
+    return np.asarray(state.spool_angle + resting_stretch / state.design.flexor_radius)
+
+
+def spool_speed(state: State) -> Array:
+    """Return the rotation of the spool per radian of the elbow, as in `MotorRates`."""
+    return np.asarray(tendon_rates(state).winding / state.design.flexor_radius)
+
+
 def motor_rates(state: State, rates: TendonRates | None = None) -> MotorRates:
     """Return the rates of motor, springs and friction in states.
 
@@ -159,8 +171,6 @@ def motor_rates(state: State, rates: TendonRates | None = None) -> MotorRates:
     turning = rates.turning
     x = state.balance.flexor
     y = state.balance.extensor
-    resting_flexor = state.flexor if state.resting is None else state.resting[0]
-    resting_stretch = resting_flexor.compliance * design.flexor.pretension
     flexor_storing = state.flexor.storage_rate(x, rates.flexor, turning)
     extensor_storing = state.extensor.storage_rate(y, rates.extensor, turning)
     flexor_friction = state.flexor.friction_rate(x, rates.flexor, rates.path_shortening, turning)
@@ -168,7 +178,7 @@ def motor_rates(state: State, rates: TendonRates | None = None) -> MotorRates:
         y, rates.extensor, -rates.path_lengthening, turning
     )
     return MotorRates(
-        spool_angle=state.spool_angle + resting_stretch / design.flexor_radius,
+        spool_angle=spool_angle(state),
         spool_speed=rates.winding / design.flexor_radius,
         power=motor_power(state, rates),
         stored=0.5

@@ -17,15 +17,14 @@ from functools import cached_property
 
 import numpy as np
 
-from tendon_cli.model.actuator import State, evaluate
+from tendon_cli.model.actuator import State, at_pretension, evaluate
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design, shape_of
 from tendon_cli.model.kinematics import Array, Flags, Real, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
-from tendon_cli.model.motor import gauss_rule, motor_rates, select_points
+from tendon_cli.model.motor import gauss_rule, motor_rates, select_points, spool_angle, spool_speed
 from tendon_cli.model.statics import SLACK_TOLERANCE
 from tendon_cli.model.window import Window
-from tendon_cli.quantities import SIDES
 
 _STEP = 100.0  # N; first step of the search for an upper end, where a window has none
 _DOUBLINGS = 16  # of that step, until some limit is broken
@@ -149,9 +148,6 @@ class Motor:
         signs: 1 for states in flexion, -1 in extension, (directions, angles).
         trajectory: Motion in time, along which rates are per second; or None.
         velocity: Speed of the elbow in each state with its sign, rad/s; 1 along a trajectory.
-        spool_angle: Spool angle, rad.
-        spool_speed: Rotation of the spool per radian of the elbow; along a trajectory rad/s.
-        torque: Motor torque, N m.
     """
 
     design: Design
@@ -175,28 +171,37 @@ class Motor:
         states = len(self.flexion), self.angles.size
         self.signs = np.broadcast_to(np.where(self.flexion, 1.0, -1.0), states)
         self.velocity = self.signs * self.speed if self.trajectory is None else np.ones(states)
-        self.spool_angle, self.spool_speed, self.torque = self._lines(self.angles)
 
-    def _lines(self, angles: Array) -> list[Lines]:
-        """Return spool angle, its speed and the motor's torque as lines."""
-        at_zero = self._quantities(0.0, angles)
-        at_unit = self._quantities(_UNIT, angles)
-        return [
-            Lines(base, (above - base) / _UNIT)
-            for base, above in zip(at_zero, at_unit, strict=True)
-        ]
+    @cached_property
+    def spool_angle(self) -> Lines:
+        """Spool angle, rad."""
+        return self._lines(spool_angle, self._states)
 
-    def _quantities(self, pretension: float, angles: Array) -> list[Array]:
-        """Return spool angle, its speed and the motor's torque at a pretension."""
-        state = self._taut(pretension, angles)
-        rates = motor_rates(state)
-        quantities = (rates.spool_angle, rates.spool_speed, state.motor_torque)
-        return [self._flat(values) for values in quantities]
+    @cached_property
+    def spool_speed(self) -> Lines:
+        """Rotation of the spool per radian of the elbow; along a trajectory rad/s."""
+        return self._lines(spool_speed, self._states)
 
-    def _taut(self, pretension: float, angles: Array) -> State:
-        """Return states at a pretension as if they were taut."""
-        sides = {name: replace(getattr(self.design, name), pretension=pretension) for name in SIDES}
-        return evaluate(replace(self.design, unilateral=False, **sides), angles, self.flexion)
+    @cached_property
+    def torque(self) -> Lines:
+        """Motor torque, N m."""
+        return self._lines(lambda state: state.motor_torque, self._states)
+
+    @cached_property
+    def _states(self) -> list[State]:
+        """States at the angles of the motion without pretension and at `_UNIT`."""
+        return self._taut((0.0, _UNIT), self.angles)
+
+    def _lines(self, quantity: Callable[[State], Array], states: list[State]) -> Lines:
+        """Return a quantity as lines through its values without pretension and at `_UNIT`."""
+        base, above = (self._flat(quantity(state)) for state in states)
+        return Lines(base, (above - base) / _UNIT)
+
+    def _taut(self, pretensions: tuple[float, ...], angles: Array) -> list[State]:
+        """Return states at each pretension as if they were taut."""
+        taut = replace(self.design, unilateral=False)
+        state = evaluate(taut, angles, self.flexion)
+        return [at_pretension(state, pretension) for pretension in pretensions]
 
     def _flat(self, values: Array) -> Array:
         """Return values of states as (designs, states)."""
@@ -266,12 +271,15 @@ class Motor:
             seconds = self.trajectory.weights[self.trajectory.counted]
             return lambda at: np.asarray(np.maximum(self.power(at), 0.0) @ seconds)
         nodes, weights = gauss_rule(np.unique(self.angles))
-        _, turning, torque = self._lines(nodes[np.newaxis])
+        states = self._taut((0.0, _UNIT), nodes[np.newaxis])
+        turning = self._lines(spool_speed, states)
+        torque = self._lines(lambda state: state.motor_torque, states)
         signs = np.repeat(self.signs[:, 0], len(nodes))
+        forward = Lines(signs * torque.base, signs * torque.gain)
         weight = np.tile(weights, np.size(self.flexion))
 
         def work(at: Array) -> Array:
-            driven = np.maximum(signs * torque.at(at) * turning.at(at), 0.0)
+            driven = np.maximum(forward.at(at) * turning.at(at), 0.0)
             return np.asarray(driven @ weight)
 
         return work
@@ -287,8 +295,8 @@ class Motor:
             nodes, weights = gauss_rule(ends, _LOSS_STEP)
             weight = np.outer(self.signs[:, 0], weights).ravel()
         first, second, third = (
-            self._flat(motor_rates(self._taut(pretension, nodes[np.newaxis])).friction) @ weight
-            for pretension in (0.0, _UNIT, 2.0 * _UNIT)
+            self._flat(motor_rates(state).friction) @ weight
+            for state in self._taut((0.0, _UNIT, 2.0 * _UNIT), nodes[np.newaxis])
         )
         slope = (4.0 * second - 3.0 * first - third) / 2.0
         bend = (third - 2.0 * second + first) / 2.0
@@ -351,8 +359,11 @@ def _cut_to_widest(windows: Window, measures: dict[int, Measure]) -> None:
     endless = windows.is_open & np.isinf(windows.high)
     if endless.any():
         for _ in range(_DOUBLINGS):  # beyond where any limit is kept
+            is_kept = endless & ~_is_broken(stop, measures)
+            if not is_kept.any():
+                break
             further = start + 2.0 * (stop - start)
-            stop = np.where(endless & ~_is_broken(stop, measures), further, stop)
+            stop = np.where(is_kept, further, stop)
 
     samples = start + np.linspace(0.0, 1.0, _SAMPLES)[:, np.newaxis] * (stop - start)
     broken = {  # (samples, windows) each
@@ -369,11 +380,13 @@ def _cut_to_widest(windows: Window, measures: dict[int, Measure]) -> None:
     last = length.argmax(axis=0)
     first = last - length[last, rows] + 1
     for name, inner, outer in (("low", first, first - 1), ("high", last, last + 1)):
-        is_cut = (outer >= 0) & (outer < _SAMPLES)
+        is_cut = has_kept & (outer >= 0) & (outer < _SAMPLES)
+        if not is_cut.any():
+            continue
         inside = samples[inner, rows]
         outside = samples[np.clip(outer, 0, _SAMPLES - 1), rows]
         end, code = _edge(inside, outside, measures)
-        _set_end(windows, name, has_kept & is_cut, end, code, -1)
+        _set_end(windows, name, is_cut, end, code, -1)
     codes = np.array(list(broken))
     most_broken = np.array([flags.sum(axis=0) for flags in broken.values()]).argmax(axis=0)
     _close(windows, codes[most_broken], windows.is_open & ~has_kept)

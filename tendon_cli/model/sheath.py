@@ -92,12 +92,22 @@ def elongation_slope(exponent: Real) -> Array:
         exponent: z, of any shape.
     """
     z = np.asarray(exponent)
-    series = np.zeros(z.shape)
-    for term in range(_TERMS, 0, -1):  # Σ n z^(n-1)/(n+1)!
-        series = 1.0 + series * z * (term + 1) / (term * (term + 2))
+    is_near_limit = np.abs(z) < _SERIES_BELOW
+    if is_near_limit.all():
+        return _slope_near_limit(z)
     with np.errstate(divide="ignore", invalid="ignore"):
-        closed = (np.exp(z) - relative_elongation(z)) / z
-        return np.where(np.abs(z) < _SERIES_BELOW, 0.5 * series, closed)
+        slope = np.asarray((np.exp(z) - relative_elongation(z)) / z)
+    if is_near_limit.any():
+        slope = np.where(is_near_limit, _slope_near_limit(z), slope)
+    return slope
+
+
+def _slope_near_limit(z: Array) -> Array:
+    """Return the slope of the elongation as a series, Σ n z^(n-1)/(n+1)!."""
+    series = np.zeros(z.shape)
+    for term in range(_TERMS, 0, -1):
+        series = 1.0 + series * z * (term + 1) / (term * (term + 2))
+    return np.asarray(0.5 * series)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +138,7 @@ class Sheathed:
         """True if the bend of the sheath stays as it is as the joint turns."""
         return not np.any(self.exponent_rate)
 
-    @property
+    @cached_property
     def compliance_rate(self) -> Array:
         """Derivative of the compliance by θ, dc/dθ, m/(N rad)."""
         spring_exponent_rate = np.where(self.at_motor, self.exponent_rate, 0.0)
@@ -139,7 +149,7 @@ class Sheathed:
         """Natural logarithm of proximal over distal tension, -σμφ."""
         return np.asarray(-np.log(self.capstan))
 
-    @property
+    @cached_property
     def _tendon_rate(self) -> Array:
         """Derivative of `tendon` by θ, m/(N rad)."""
         if self.is_still:

@@ -185,6 +185,7 @@ _HTML_OF_BLOCK: dict[str, Callable[[Any], str]] = {
     "heading": lambda text: f"<h3>{escape(text)}</h3>",
     "sentence": lambda text: f"<p>{_escaped(text)}</p>",
     "note": lambda text: notes([f"Note: {text}"]),
+    "command": lambda text: f"<pre>{escape(text)}</pre>",
     "table": lambda rows: table(rows[0], rows[1:]),
 }
 

@@ -1,7 +1,7 @@
 """Words for numbers, quantities, shares, limits and columns, for every text, figure and page."""
 
 from tendon_cli.model.forms import LimitWords
-from tendon_cli.say.blocks import Block, as_text, heading, items, sentence, table
+from tendon_cli.say.blocks import Block, as_text, command, heading, items, sentence, table
 from tendon_cli.say.cutoff import cutoff_words
 from tendon_cli.say.fitting import Clause, Section, fit
 from tendon_cli.say.limit_phrases import (
@@ -28,6 +28,7 @@ from tendon_cli.say.words import (
     column,
     duration,
     factor_of,
+    few,
     interval,
     interval_text,
     join_words,
@@ -70,12 +71,14 @@ __all__ = [
     "at_most",
     "byte_size",
     "column",
+    "command",
     "conflict",
     "conflict_label",
     "counted",
     "cutoff_words",
     "duration",
     "factor_of",
+    "few",
     "fit",
     "heading",
     "interval",

@@ -1,7 +1,8 @@
 """Blocks of a long text, as data that JSON can hold, and as a terminal shows them.
 
-A block is {"heading": text}, {"sentence": text}, {"item": text} of a list, {"note": text}, or
-{"table": rows of cells}, whose first row is its head. Headings and sentences begin a paragraph.
+A block is {"heading": text}, {"sentence": text}, {"item": text} of a list, {"note": text},
+{"command": text} to type as it stands, or {"table": rows of cells}, whose first row is its head.
+Headings and sentences begin a paragraph.
 `reports/html.py` makes a page of them.
 """
 
@@ -30,6 +31,11 @@ def items(texts: Iterable[str]) -> Iterator[Block]:
     return ({"item": text} for text in texts)
 
 
+def command(text: str) -> Block:
+    """Command to type, which no line break interrupts."""
+    return {"command": text}
+
+
 def table(rows: Iterable[Sequence[str]]) -> Block:
     """Small table of text; the first row is its head."""
     return {"table": [[*row] for row in rows]}
@@ -42,6 +48,9 @@ def as_text(blocks: Iterable[Block], study: Any) -> str:
         ((kind, content),) = block.items()
         if kind == "table":
             lines += align_cells([[name_joint(cell, study) for cell in row] for row in content])
+            continue
+        if kind == "command":
+            lines.append(f"    {content}")
             continue
         if lines and kind in ("heading", "sentence"):
             lines.append("")

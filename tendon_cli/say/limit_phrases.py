@@ -54,13 +54,13 @@ def limit_of_so_much(limit: str, bound: float, read: str = "pretension") -> str:
 def conflict(limits: Sequence[str], bounds: LimitValues, read: str = "pretension") -> str:
     """Explain why no pretension is left.
 
-    "the pretension that prevents slack already makes the elbow unstable": the first limit asks for
-    more pretension, the second for less. A single limit is broken at any pretension.
+    "any pretension that prevents slack makes the elbow unstable": the first limit asks for more
+    pretension, the second for less. A single limit is broken at any pretension.
     """
     words = [limit_words(limit, bounds, read) for limit in limits]
     if len(words) == 1:
         return f"{words[0].broken} at any pretension"
-    return f"the pretension that {words[0].keeps} already {words[1].breaks}"
+    return f"any pretension that {words[0].keeps} {words[1].breaks}"
 
 
 def conflict_label(limits: Sequence[str], bounds: LimitValues) -> str:

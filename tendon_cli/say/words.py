@@ -320,6 +320,13 @@ def join_words(words: Sequence[str], last: str = "and") -> str:
     return f"{', '.join(words[:-1])} {last} {words[-1]}"
 
 
+def few(words: Sequence[str], most: int = 6) -> str:
+    """Join words; of more than `most` name three and say how many others there are."""
+    if len(words) <= most:
+        return ", ".join(words)
+    return f"{', '.join(words[:3])} and {len(words) - 3} more"
+
+
 def setting_words(read: str) -> tuple[str, str]:
     """Return the word for the number that is set, and the place where it is read.
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from tendon_cli.model.kinematics import Array, Real, Rows
 from tendon_cli.quantities import SIDES
+from tendon_cli.units import UNITS
 
 CASE_AXIS = "case"
 PERSON_AXIS = "person"
@@ -197,14 +198,20 @@ class CarriedColumn:
     """Words of a column of text; empty for a column of numbers."""
 
     def text(self, row: int) -> str:
-        """Return the value of a row in words: "14 EUR", "A"; empty if it has none."""
+        """Return the value of a row in words: "14 EUR", "mass 390 g", "A"; empty if it has none.
+
+        A price says by its unit what it is; of a length, a mass or a bare number only its name can.
+        """
         if self.words:
             return self.words[int(self.values[row])]
         value = float(self.values[row])
         if np.isnan(value):
             return ""
         number = f"{value:.12g}"
-        return f"{number} {self.unit}" if self.unit else f"{self.name.replace('_', ' ')} {number}"
+        name = self.name.replace("_", " ")
+        if not self.unit:
+            return f"{name} {number}"
+        return f"{name} {number} {self.unit}" if self.unit in UNITS else f"{number} {self.unit}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -124,6 +124,10 @@ class Filter:
         try:
             measure = parse_measure(text, quantity.dimension)
         except UnitError as error:
+            if quantity.has_own_unit:
+                problem = f'"{shorten(self.text)}": expected a number in {quantity.unit}'
+                unit_hint = f"such as 100 {quantity.unit}, or the number alone"
+                raise UsageError(problem, where="--where", hint=unit_hint) from None
             problem = f'"{shorten(self.text)}": {error.problem}'
             hint = error.hint
             if not hint or "quotes" in hint:  # a filter's values have no quotes

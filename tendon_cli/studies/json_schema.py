@@ -139,7 +139,7 @@ def _problem_and_hint(detail: Any, path: list[str]) -> tuple[str, str | None]:
             return "is the same for all cases", hint
         if key in _FALLEN_AWAY:
             return "is no longer a key", _FALLEN_AWAY[key]
-        return "unknown key", _hint_at_key(path)
+        return "unknown key", _hint_at_key(path, given)
     if kind == "literal_error":
         words = [word.strip(" '") for word in context["expected"].replace(" or ", ",").split(",")]
         expected = context["expected"].replace("'", '"')
@@ -165,11 +165,16 @@ def _problem_and_hint(detail: Any, path: list[str]) -> tuple[str, str | None]:
     return problems.get(kind, message[:1].lower() + message[1:]), None
 
 
-def _hint_at_key(path: list[str]) -> str:
+def _hint_at_key(path: list[str], given: str) -> str:
     """Return a hint at an unknown key.
 
     It names the nearest key of its table, or another table with a key of this name, or all keys of
-    its table.
+    its table. A number that the rows of a table carry along, such as a price, is no limit: the
+    hint has the filter of the answer that is one.
+
+    Args:
+        path: The key, part by part.
+        given: Its value, as it is told.
     """
     name = path[-1]
     known = _names_in(path[:-1])
@@ -180,4 +185,7 @@ def _hint_at_key(path: list[str]) -> str:
     alike = difflib.get_close_matches(name, list(elsewhere), n=1, cutoff=0.75)
     if alike:
         return f'did you mean "{elsewhere[alike[0]]}"?'
+    if path[:-1] == ["limits"]:
+        filtered = f'tendon show RESULTS --where "{name} < {given.strip(chr(34))}"'
+        return f"if {name} is a column of a [[table]], filter the answer: `{filtered}`"
     return f"known here: {', '.join(known)}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from importlib.resources import files
 from pathlib import Path
 
@@ -117,31 +118,48 @@ def _depth(example: str) -> int:
 def next_step(template: str, file: Path) -> str:
     """Return the command to type after a starter study was written."""
     verb = "sweep" if template == "sweep" else "design"
-    return f"tendon {verb} {file}"
+    return f"next: tendon {verb} {shlex.quote(str(file))}"
 
 
 def next_step_of_example(example: str, file: Path) -> str:
-    """Return what to type, or to write into a study, after an example was copied.
+    """Return the command to type after an example was copied, or how a study names the copy.
+
+    The command copies files that it needs and that are not there yet.
 
     Args:
         example: Whole name of the example, such as `design/universal.toml`.
         file: The copy.
     """
     folder, _, name = example.rpartition("/")
+    if folder == "parts" and name != "parts.toml":
+        return f'in a study: [[table]] with file = "{file}"'
+    needed: list[str] = []
+    shown = shlex.quote(str(file))
     if folder == "friction":
         bend = "" if name == "several_angles.csv" else ' --bend-angle "144 deg"'
-        return f"tendon fit-friction {file}{bend}"
-    if name == "suit_log.csv":
-        return f"tendon init --from suit/suit.toml && tendon fit-suit suit.toml {file}"
-    if example == "suit/suit.toml":
-        return f"tendon init --from suit_log.csv && tendon fit-suit {file} suit_log.csv"
-    if example == "parts/parts.toml":
-        catalogues = "tendon init --from springs.csv && tendon init --from motors.csv"
-        return f"{catalogues} && tendon design {file}"
-    if folder == "parts":
-        return f'[[table]] with file = "{file}" in a study'
-    verb = "design" if folder == "design" else "sweep"
-    return f"tendon {verb} {file}"
+        command = f"tendon fit-friction {shown}{bend}"
+    elif name == "suit_log.csv":
+        needed = ["suit/suit.toml"]
+        command = f"tendon fit-suit {_beside(file, 'suit.toml')} {shown} --out fit.toml"
+    elif example == "suit/suit.toml":
+        needed = ["suit/suit_log.csv"]
+        command = f"tendon fit-suit {shown} {_beside(file, 'suit_log.csv')} --out fit.toml"
+    else:
+        needed = ["parts/springs.csv", "parts/motors.csv"] if name == "parts.toml" else []
+        verb = "design" if folder in ("design", "parts") else "sweep"
+        command = f"tendon {verb} {shown}"
+    steps = []
+    for one in needed:
+        copy = file.with_name(Path(one).name)
+        if not copy.exists():
+            into = "" if file.parent == Path() else f" {shlex.quote(str(copy))}"
+            steps.append(f"tendon init --from {one}{into}")
+    return f"next: {' && '.join([*steps, command])}"
+
+
+def _beside(file: Path, name: str) -> str:
+    """Return the path of a file beside another one, as a shell takes it."""
+    return shlex.quote(str(file.with_name(name)))
 
 
 def write_starter(path: Path, template: str = "sweep") -> None:

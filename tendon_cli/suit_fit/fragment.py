@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
+import shlex
+import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tendon_cli.files import begins_with, write_output
+from tendon_cli import say
+from tendon_cli.files import begins_with, read_file, what_is_written, write_output
 from tendon_cli.suit_fit.fitted_numbers import FittedNumber
-from tendon_cli.suit_fit.parameters import Parameter
+from tendon_cli.suit_fit.next_log import loads_of_logs
+from tendon_cli.suit_fit.parameters import LOAD, Parameter
 from tendon_cli.suit_fit.suit_result import SuitFit
 from tendon_cli.version import __version__
 
@@ -21,10 +28,49 @@ _HEADER = f"""\
 """
 is_suit_fragment = begins_with(_MARK)
 """Function that recognises a file of fitted numbers."""
+_MOST_BYTES = 1_000_000
+"""Largest size of a file that is read to say where its numbers came from."""
 _KEEPS_RANGE = 0.3
 """Share of the prior's variance under which a number keeps its stated range."""
 _NOT_OF_THE_SUIT = ("load.",)
 """Tables of numbers that a log states, and that are no part of the suit."""
+
+
+def suit_written(path: Path, fit: SuitFit) -> str:
+    """Return a line that says what a file was or becomes; call it before it is written.
+
+    Numbers that came from other logs are named with them.
+    """
+    now = say.join_words([log.source for log in fit.selection.logs])
+    return what_is_written(path, _logs_of(path), now, "the numbers")
+
+
+def _logs_of(path: Path) -> str | None:
+    """Return the logs that fitted numbers came from; None if the file does not say."""
+    with contextlib.suppress(OSError, ValueError, LookupError, TypeError):
+        return say.join_words(tomllib.loads(read_file(path, _MOST_BYTES).decode())["fit"]["logs"])
+    return None
+
+
+def next_command(fit: SuitFit, study: Path, settings: Sequence[str], out: Path) -> str:
+    """Return the command that finds the window of the fitted suit, as a shell takes it.
+
+    Args:
+        fit: The fit.
+        study: File of its study.
+        settings: Changes of the study that were given, such as `load.mass="3 kg"`.
+        out: File that the fit is written to.
+    """
+    named = os.path.relpath(out.absolute(), study.absolute().parent)
+    changes = [*settings, f"fitted_from={json.dumps(named, ensure_ascii=False)}"]
+    loads = loads_of_logs(fit.estimate)
+    if len(loads) > 1 and not fit.estimate.model.study.numbers[LOAD].is_axis:
+        listed = ", ".join(f'"{say.number(load, 6)} kg"' for load in loads.tolist())
+        changes.append(f"load.mass=[{listed}]")
+    words = ["tendon", "design", str(study)]
+    for change in changes:
+        words += ["--set", change]
+    return shlex.join([*words, "--out", f"results/{out.stem}-design"])
 
 
 def write_suit_fragment(fit: SuitFit, path: Path, *, overwrite: bool = False) -> None:

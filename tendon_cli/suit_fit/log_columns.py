@@ -78,6 +78,8 @@ _WISHED = re.compile(
 )
 """Words of headers of what was asked of a motor, and not measured."""
 _JOINT = ("elbow", "joint", "ellbogen", "ellenbogen", "gelenk", "theta", "knee", "knie", "forearm")
+_JOINT_ALONE = ("elbow", "joint", "ellbogen", "ellenbogen", "gelenk", "knee", "knie")
+"""Words of a joint that are its angle's, if no word says more than the unit."""
 _SPOOL = ("spool", "motor", "spule", "antrieb", "alpha", "drum", "pulley", "actuator")
 _ANGLE_WORDS = ("angle", "winkel", "position", "pos", "encoder", "enc", "theta", "alpha", "theta")
 _DERIVED = ("speed", "velocity", "geschwindigkeit", "drehzahl", "acceleration", "rate", "error")
@@ -200,13 +202,24 @@ def _role(text: str, words: set[str], dimension: str | None) -> str:
         return "" if has(*_JOINT) else MOTOR_TORQUE
     if has(*_TENSION_WORDS) and dimension in ("force", "mass", None):
         return _tension(has(*_FLEXOR), has(*_EXTENSOR), has(*_PROXIMAL), has(*_DISTAL))
-    if dimension in ("angle", COUNTS, None) and has(*_ANGLE_WORDS):
+    is_angle = dimension in ("angle", COUNTS)
+    if is_angle and not has(*_ANGLE_WORDS):
+        # The unit says that it is an angle: "motor (counts)", "elbow (deg)".
+        return _bare_angle(has(*_SPOOL), has(*_JOINT_ALONE))
+    if has(*_ANGLE_WORDS) and (is_angle or dimension is None):
         if has(*_SPOOL) and not has("elbow", "ellbogen", "joint", "gelenk"):
             return SPOOL_ANGLE
         return ELBOW_ANGLE if has(*_JOINT) else ""
     if dimension == "mass" and has(*_LOAD_WORDS):
         return LOAD_MASS
     return ""
+
+
+def _bare_angle(is_spool: bool, is_joint: bool) -> str:
+    """Return the angle that a header names by its place alone; empty if the words leave it open."""
+    if is_spool == is_joint:
+        return ""
+    return SPOOL_ANGLE if is_spool else ELBOW_ANGLE
 
 
 def _tension(is_flexor: bool, is_extensor: bool, is_proximal: bool, is_distal: bool) -> str:

@@ -8,6 +8,7 @@ information to that of the fit, to first order.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,7 +16,9 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.model.actuator import State
+from tendon_cli.space.axis import PRETENSION
 from tendon_cli.suit_fit import parameters as names
+from tendon_cli.suit_fit.fitted_numbers import FittedNumber
 from tendon_cli.suit_fit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE
 from tendon_cli.suit_fit.misfit import kernels_of, lower_factor
 from tendon_cli.suit_fit.suit_estimate import SuitEstimate, whiten
@@ -94,14 +97,103 @@ def window_ends(model: SuitModel, scores: Floats, loads: Floats) -> Floats:
     return np.stack([np.max(least, axis=0), np.min(largest, axis=0)], axis=-1)
 
 
-def proposals(estimate: SuitEstimate) -> list[Proposal]:
-    """Return further measurements that would narrow the window, the best first."""
+@dataclass(frozen=True)
+class FittedWindow:
+    """Window without slack and instability of the fitted suit, and its pretension in it."""
+
+    low: float
+    """Lower end, F0 in N; NaN without a window."""
+    high: float
+    """Upper end, F0 in N; infinite without one."""
+    pretension: float
+    """Fitted F0, N."""
+    margin: float
+    """Distance of the pretension from the nearer end, N; below 0 outside of the window."""
+    margin_std: float
+    """Standard deviation of this distance, N."""
+    loads: tuple[float, ...]
+    """Loads in the hand, kg."""
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The window as plain JSON values; null without an end."""
+        return {
+            "from": _finite(self.low),
+            "to": _finite(self.high),
+            "pretension": self.pretension,
+            "margin": _finite(self.margin),
+            "margin_std": _finite(self.margin_std),
+            "loads": list(self.loads),
+        }
+
+    @property
+    def text(self) -> str:
+        """The window and the pretension in words."""
+        loads = f"{say.number(self.loads[0], 3)} kg"
+        if len(self.loads) > 1:
+            loads = f"{say.number(self.loads[0], 3)} to {say.number(self.loads[-1], 3)} kg"
+        keeps = f"keeps both tendons taut and the elbow stable with {loads} in the hand"
+        if not self.low <= self.high:
+            return f"no pretension {keeps}"
+        span = f"{say.number(self.low, 3)} N to {say.number(self.high, 3)} N"
+        if math.isinf(self.high):
+            span = f"{say.number(self.low, 3)} N or more"
+        away = f"{say.number(abs(self.margin), 2)} N ± {say.number(self.margin_std, 2)} N"
+        value = say.number(self.pretension, 3)
+        where = f"the fitted {value} N lies inside, {away} from the nearer end"
+        if self.margin < 0.0:
+            way = "low" if self.pretension < self.low else "high"
+            where = f"the fitted {value} N is {away} too {way}"
+        return f"a pretension of {span} {keeps}; {where}"
+
+
+def _finite(value: float) -> float | None:
+    """Return a number; None if it is none or infinite."""
+    return value if math.isfinite(value) else None
+
+
+def loads_of_logs(estimate: SuitEstimate) -> Floats:
+    """Return the different loads of the logs, the study's where a log does not say, kg."""
+    of_study = estimate.model.load_of_study
+    return np.unique(np.where(np.isnan(estimate.parts.load), of_study, estimate.parts.load))
+
+
+def fitted_window(estimate: SuitEstimate, numbers: Sequence[FittedNumber]) -> FittedWindow | None:
+    """Return the window of the fitted suit; None if the fit has no pretension."""
     model = estimate.model
-    loads = np.unique(np.nan_to_num(estimate.parts.load, nan=0.0))
+    if PRETENSION not in model.places:
+        return None
+    fitted = numbers[model.places[PRETENSION]].value
+    loads = loads_of_logs(estimate)
+    sets = _stepped(estimate)
+    ends = window_ends(model, sets, loads)
+    low, high = (float(end) for end in ends[0])
+    pretension = model.values(sets)[PRETENSION]
+    above = pretension - ends[:, 0]
+    below = ends[:, 1] - pretension
+    is_upper = bool(below[0] < above[0])
+    margin = below if is_upper else above
+    to_nearer = high - fitted if is_upper else fitted - low
+    slope = (margin[1:] - margin[0]) / _STEP
+    std = math.nan
+    if np.all(np.isfinite(slope)):
+        std = math.sqrt(float(slope @ estimate.covariance @ slope))
+    return FittedWindow(low, high, fitted, to_nearer, std, tuple(loads.tolist()))
+
+
+def _stepped(estimate: SuitEstimate) -> Floats:
+    """Return the scores of an estimate, and with a step in each, (1 + parameters, parameters)."""
     count = len(estimate.scores)
     sets = np.tile(estimate.scores, (count + 1, 1))
     sets[1:] += _STEP * np.eye(count)
-    ends = window_ends(model, sets, loads)
+    return sets
+
+
+def proposals(estimate: SuitEstimate) -> list[Proposal]:
+    """Return further measurements that would narrow the window, the best first."""
+    model = estimate.model
+    loads = loads_of_logs(estimate)
+    ends = window_ends(model, _stepped(estimate), loads)
     slopes = (ends[1:] - ends[0]) / _STEP  # (parameters, ends)
     slopes = slopes[:, np.all(np.isfinite(slopes), axis=0)]
     if not slopes.size:

@@ -38,6 +38,10 @@ _NAMED_ALONE = (
 """Errors of sensors that have warnings of their own."""
 _FAR = 1.8
 """Normal score from which a stated number is said to be off."""
+_NO_SUIT = 0.05
+"""Misfit of a channel, as a share of its range, from which its numbers are not to be used."""
+_OTHER_NUMBER = 3.5
+"""Normal score of a number of arm, load or sensor, from which the log is of another suit."""
 _LATE = 0.015
 """Delay from which a channel is said to be late, s."""
 _PLAY = math.radians(0.4)
@@ -127,13 +131,48 @@ def warnings_of(
     estimate: SuitEstimate, selection: Selection, numbers: Sequence[FittedNumber]
 ) -> list[str]:
     """Return all warnings of a fit."""
-    found = []
+    found = _doubts(estimate, numbers)
     for row, channel in enumerate(estimate.channels):
         found += _misfit_warnings(estimate, row, channel)
     found += _number_warnings(numbers)
     found += _sensor_warnings(numbers)
     found += _row_warnings(estimate, selection)
     return found
+
+
+def _doubts(estimate: SuitEstimate, numbers: Sequence[FittedNumber]) -> list[str]:
+    """Return the one warning that comes first: log and study are not of one suit."""
+    shares = {channel: smooth_misfit(estimate, channel) for channel in estimate.channels}
+    channel = max(shares, key=shares.__getitem__)
+    reasons = []
+    if shares[channel] > _NO_SUIT:
+        reasons.append(
+            f"no suit like the study's moves so, the {say.spaced(channel)} is off by"
+            f" {say.percent(shares[channel])} of its swing"
+        )
+    known = [number for number in numbers if " to " not in number.prior and number.prior != "any"]
+    worst = max(known, key=lambda number: abs(number.score), default=None)
+    if worst is not None and abs(worst.score) > _OTHER_NUMBER:
+        reasons.append(
+            f"{worst.key} would have to be {worst.text(worst.value)},"
+            f" {abs(worst.score):.1f} standard deviations from {worst.prior}"
+        )
+    if not reasons:
+        return []
+    checks = ["units", "signs", _loads_text(estimate), "the spool's radius"]
+    if estimate.model.study.fit.counts_per_turn is not None:
+        checks.append("counts per turn")
+    return [f"do not use these numbers: {'; '.join(reasons)}. First check {say.join_words(checks)}"]
+
+
+def _loads_text(estimate: SuitEstimate) -> str:
+    """Return the loads as something to check, with the one that stands for a missing column."""
+    if not np.isnan(estimate.parts.load).any():
+        return "loads"
+    taken = f"{say.number(estimate.model.load_of_study, 3)} kg"
+    if estimate.model.study.numbers[names.LOAD].uncertain is not None:
+        taken = "one load"
+    return f"the load (no column: {taken} throughout)"
 
 
 def smooth_misfit(estimate: SuitEstimate, channel: str) -> float:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_cli import say
 from tendon_cli.errors import InputError
 from tendon_cli.suit_fit.stroke_parts import (
     MOST_STROKES,
@@ -14,6 +15,7 @@ from tendon_cli.suit_fit.stroke_parts import (
     USED,
     LogStroke,
     Parts,
+    gaps_of,
     parts_of,
     strokes_of,
     thinned,
@@ -104,7 +106,7 @@ def selected(
         way = _SLID * spool_turn
         codes.append(usable(stroke, log, usual, way / max(spool_per_joint, 0.2), way))
     used = [place for place, code in enumerate(codes) if np.any(code == USED)]
-    notes = []
+    notes = [text for log in logs for text in _note_on_gaps(log)]
     if max(every) > 1:
         notes.append(
             f"{max(every)} neighbouring rows are averaged first, a log being longer than needed"
@@ -121,6 +123,23 @@ def selected(
     strokes = tuple(strokes[place] for place in used)
     parts = parts_of(logs, strokes, codes)
     return Selection(logs, every, strokes, tuple(codes), parts, tuple(notes))
+
+
+def _note_on_gaps(log: SuitLog) -> list[str]:
+    """Return a note on gaps in time, where and how long; none where the load was changed."""
+    gaps = gaps_of(log)
+    if log.load_mass is not None:
+        gaps = gaps[log.load_mass[gaps] == log.load_mass[gaps + 1]]
+    if not len(gaps) or log.time is None:
+        return []
+    lasts = np.diff(log.time)[gaps]
+    longest = gaps[int(np.argmax(lasts))]
+    found = counted(len(gaps), "gap")
+    text = (
+        f"{log.source}: {found} in the time, the longest of {say.number(float(lasts.max()), 3)} s"
+        f" after line {log.line[longest]}; rows after a gap count once the tendons slide again"
+    )
+    return [text]
 
 
 def _usual_length(strokes: Sequence[LogStroke], logs: Sequence[SuitLog], number: int) -> float:

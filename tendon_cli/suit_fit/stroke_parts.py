@@ -38,6 +38,10 @@ _SHORT_SHARE = 0.4
 """Share of the usual length of a stroke under which it is set aside."""
 _LEAST_WAY = np.radians(4.0)
 """Least way of the joint after a turn until the tendons slide, rad."""
+_USUAL_STEPS = 0.9
+"""Share of the steps in time that are no gaps."""
+_GAP = 10.0
+"""Step in time, over the largest usual one, from which it is a gap."""
 _SHAPE_DEGREE = 9
 """Degree of the polynomial in time that gives speed and acceleration in a stroke."""
 
@@ -66,7 +70,7 @@ class LogStroke:
     load: float
     """Mass of the load, kg; NaN if the log does not say."""
     is_first: bool
-    """True for the first stroke of a log, before which nothing is known."""
+    """True for the first stroke of a log and after a gap, before which nothing is known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,6 +140,7 @@ def thinned(log: SuitLog) -> tuple[SuitLog, int]:
         load_mass=None if log.load_mass is None else log.load_mass[:whole:every],
         missing=log.missing,
         notes=log.notes,
+        headings=log.headings,
     )
     return thin, every
 
@@ -152,21 +157,33 @@ def strokes_of(number: int, log: SuitLog) -> list[LogStroke]:
     turns = _turns(angle, max(_TURN, _TURN_SHARE * span))
     ends = [0, *turns, len(angle) - 1]
     strokes = []
+    after_gap = {0, *(gaps_of(log) + 1).tolist()}
     for first, last in itertools.pairwise(ends):
         rows = np.arange(first, last + 1)
-        for part in _of_one_load(log, rows):
+        for part in _without_breaks(log, rows):
             change = angle[part[-1]] - angle[part[0]]
             load = np.nan if log.load_mass is None else float(np.median(log.load_mass[part]))
-            strokes.append(LogStroke(number, part, bool(change > 0.0), load, is_first=part[0] == 0))
+            is_first = int(part[0]) in after_gap
+            strokes.append(LogStroke(number, part, bool(change > 0.0), load, is_first=is_first))
     return [stroke for stroke in strokes if len(stroke.rows) > 4]
 
 
-def _of_one_load(log: SuitLog, rows: Integers) -> list[Integers]:
-    """Cut rows where the load changes."""
-    if log.load_mass is None:
-        return [rows]
-    changes = np.flatnonzero(np.diff(log.load_mass[rows]) != 0.0) + 1
-    return list(np.split(rows, changes))
+def gaps_of(log: SuitLog) -> Integers:
+    """Return the rows after which the log has a gap in time."""
+    if log.time is None or len(log) < 3:
+        return np.empty(0, dtype=np.int64)
+    steps = np.diff(log.time)
+    usual = float(np.quantile(steps, _USUAL_STEPS))
+    return np.flatnonzero(steps > _GAP * max(usual, 1e-12))
+
+
+def _without_breaks(log: SuitLog, rows: Integers) -> list[Integers]:
+    """Cut rows where the load changes, and at gaps in time."""
+    gaps = gaps_of(log)
+    is_break = np.isin(rows[:-1], gaps)
+    if log.load_mass is not None:
+        is_break |= np.diff(log.load_mass[rows]) != 0.0
+    return list(np.split(rows, np.flatnonzero(is_break) + 1))
 
 
 def _turns(angle: Floats, least: float) -> list[int]:

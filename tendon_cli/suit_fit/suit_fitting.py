@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
@@ -15,8 +14,8 @@ from tendon_cli.files import path_of
 from tendon_cli.studies.load import AnyStudy, any_study
 from tendon_cli.studies.study import Study
 from tendon_cli.suit_fit.fitted_numbers import combinations, fitted_numbers
-from tendon_cli.suit_fit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE, Scaling
-from tendon_cli.suit_fit.next_log import proposals
+from tendon_cli.suit_fit.log_columns import SPOOL_ANGLE, Scaling
+from tendon_cli.suit_fit.next_log import fitted_window, proposals
 from tendon_cli.suit_fit.parameters import (
     LOAD,
     inertia_of,
@@ -28,6 +27,7 @@ from tendon_cli.suit_fit.patterns import fast_note, warnings_of
 from tendon_cli.suit_fit.prediction import groups_of, misfits
 from tendon_cli.suit_fit.row_selection import Selection, cut, selected, without_parts
 from tendon_cli.suit_fit.stroke_parts import AGAINST, SLACK, Parts
+from tendon_cli.suit_fit.suit_checks import check_durations, check_log, check_motion, note_on_load
 from tendon_cli.suit_fit.suit_estimate import SuitEstimate, fitted
 from tendon_cli.suit_fit.suit_log import Floats, SuitLog, read_logs
 from tendon_cli.suit_fit.suit_model import SuitModel
@@ -38,11 +38,6 @@ _LEAST_LEARNED = 0.1
 """Least share of a prior's variance that a log takes away for it to tell anything."""
 _ROUNDS = 3
 """Most rounds in which rows are picked by what was fitted before."""
-_OPPOSITE = -0.5
-"""Correlation of joint and spool under which one of them has the wrong sign: in a fast log inertia
-may turn the spool against the joint for a while."""
-_OTHER_SUIT = 2.0
-"""Factor between measured and expected ways of the spool, from which the log is of another suit."""
 _MOST_LEFT_OUT = 0.8
 """Share of the parts up to which those are left out for which the model does not vouch."""
 _SAME_TURN = 0.2
@@ -58,9 +53,9 @@ def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[SuitEstimate, Se
     """
     numbers = numbers_of(study)
     for log in logs:
-        _check_sign(log)
+        check_log(study, log)
     thin, every, strokes = cut(logs)
-    first = thin[0]
+    check_durations(thin, strokes)
     has_time = all(log.time is not None for log in thin)
     sensors = sensors_of(_joined(thin), len(thin), study.fit.exact, has_time=has_time)
     loads = _stated_loads(thin)
@@ -72,7 +67,7 @@ def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[SuitEstimate, Se
     model = SuitModel(study, parameters)
     middle = np.zeros(len(parameters))
     selection = selected(thin, every, strokes, 0.0, 1.0)
-    _check_motion(model, selection.parts, first.source)
+    check_motion(model, selection.parts, thin)
     model = _with_zeros(model, selection.parts)
     turn = model.turn(middle, selection.parts)
     estimate: SuitEstimate | None = None
@@ -129,78 +124,6 @@ def _with_zeros(model: SuitModel, parts: Parts) -> SuitModel:
     return SuitModel(model.study, parameters)
 
 
-def _check_motion(model: SuitModel, parts: Parts, source: str) -> None:
-    """Refuse logs in which columns are exchanged, or have the wrong sign.
-
-    Raises:
-        InputError: if the columns cannot be of this suit.
-    """
-    middle = np.zeros((1, len(model.parameters)))
-    if SPOOL_ANGLE in parts.values:
-        slope = float(np.polyfit(parts.angle, parts.values[SPOOL_ANGLE], 1)[0])
-        low, high = model.study.motion.elbow_angle.extremes
-        usual_parts = replace(parts, angle=np.linspace(low, high, len(parts)))
-        expected = model.predict(middle, usual_parts, (SPOOL_ANGLE,))[0, 0]
-        usual = float(np.polyfit(usual_parts.angle, expected, 1)[0])
-        _check_slope(slope, usual, source)
-    if MOTOR_TORQUE in parts.values:
-        shown = model.predict(middle, parts, (MOTOR_TORQUE,))[0, 0]
-        _check_torque(parts, shown, source)
-
-
-def _check_sign(log: SuitLog) -> None:
-    """Refuse a log whose spool unwinds the flexor as the joint flexes."""
-    spool = log.channels.get(SPOOL_ANGLE)
-    if spool is not None and np.corrcoef(log.elbow_angle, spool)[0, 1] < _OPPOSITE:
-        problem = "the spool's angle falls as the joint flexes"
-        hint = "positive angles flex the joint and wind the flexor: turn one column's sign"
-        raise InputError(problem, where=log.source, hint=hint)
-
-
-def _check_slope(slope: float, usual: float, source: str) -> None:
-    """Refuse a way of the spool per way of the joint that is not this suit's.
-
-    Args:
-        slope: Way of the spool per way of the joint, measured.
-        usual: The same by the study.
-        source: Name of the log.
-    """
-    if min(usual, slope) <= 0.0 or abs(math.log(slope / usual)) < math.log(_OTHER_SUIT):
-        return
-    problem = f"the spool turns {slope:.3g} times as far as the joint, the study says {usual:.3g}"
-    hint = "is the spool's radius right, and does the angle count the spool, not its motor?"
-    if abs(math.log(slope * usual)) < math.log(2.0):
-        hint = "are the columns of joint and spool exchanged?"
-    elif abs(math.log(slope / usual)) > 0.7 * math.log(math.degrees(1.0)):
-        hint = "is one of the angles in degrees, the other in radians?"
-    raise InputError(problem, where=source, hint=hint)
-
-
-def _check_torque(parts: Parts, expected: Floats, source: str) -> None:
-    """Refuse a torque with the wrong sign: friction then helps the motion."""
-    torque = parts.values[MOTOR_TORQUE]
-    band = _band(parts, torque)
-    usual = _band(parts, expected)
-    agreement = float(np.corrcoef(torque, expected)[0, 1])
-    if band < 0.0 and agreement < 0.0 and usual > 0.0:
-        problem = "the torque is larger in extension than in flexion: friction would help"
-        hint = "positive torque pulls the flexor: turn the column's sign"
-        raise InputError(problem, where=source, hint=hint)
-
-
-def _band(parts: Parts, values: Floats) -> float:
-    """Return the mean of a channel in flexion above that in extension, at the same angles."""
-    edges = np.quantile(parts.angle, np.linspace(0.0, 1.0, 9))
-    cell = np.clip(np.searchsorted(edges, parts.angle) - 1, 0, 7)
-    bands = [
-        values[(cell == number) & parts.flexion].mean()
-        - values[(cell == number) & ~parts.flexion].mean()
-        for number in range(8)
-        if ((cell == number) & parts.flexion).any() and ((cell == number) & ~parts.flexion).any()
-    ]
-    return float(np.mean(bands)) if bands else 0.0
-
-
 def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
     """Fit the numbers of a suit to logs of its own motor and joint.
 
@@ -233,6 +156,7 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
         None if constant is None else constant.single, None if counts is None else counts.single
     )
     read = read_logs(sources, section.columns.named, scaling)
+    on_loads = [note for log in read for note in note_on_load(checked, log)]
     estimate, selection = estimate_of(checked, read)
     numbers = fitted_numbers(estimate)
     if not any(number.is_stated and number.learned >= _LEAST_LEARNED for number in numbers):
@@ -240,7 +164,7 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
         hint = "log the spool's angle and the motor's torque with two or more loads"
         raise InputError(problem, where=read[0].source, hint=hint)
     _, predicted_from = groups_of(selection.parts)
-    notes = [note for log in read for note in log.notes]
+    notes = [*on_loads, *(note for log in read for note in log.notes)]
     notes += [*selection.notes, *fast_note(estimate), _rank_note(estimate)]
     return SuitFit(
         estimate=estimate,
@@ -249,6 +173,7 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
         combinations=tuple(combinations(estimate, numbers)),
         misfits=tuple(misfits(estimate)),
         predicted_from=predicted_from,
+        window=fitted_window(estimate, numbers),
         proposals=tuple(proposals(estimate)),
         warnings=tuple(warnings_of(estimate, selection, numbers)),
         notes=tuple(notes),

@@ -15,6 +15,8 @@ import numpy.typing as npt
 from tendon_cli.errors import InputError, TendonError, UsageError
 from tendon_cli.friction.reading.header import Heading
 from tendon_cli.friction.reading.table import MOST_ROWS, Table, read_columns
+from tendon_cli.say import join_words
+from tendon_cli.suit_fit.log_checks import check_values, note_on_time, times_of_day
 from tendon_cli.suit_fit.log_columns import (
     CHANNELS,
     COLUMNS,
@@ -35,12 +37,8 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]
 
-_LARGEST_ANGLE = 7.0
-"""Largest angle of a joint, rad: more is an angle in degrees."""
 _LEAST_ROWS = 40
 """Least number of usable rows of a log."""
-_LEAST_MOTION = np.radians(5.0)
-"""Least range of the joint, rad."""
 _COMMANDED = re.compile(r"command|desired|nominal|set[ _-]?point|soll", re.IGNORECASE)
 _SPIKE_WINDOW = 7
 """Rows of the median that a spike is far from."""
@@ -78,6 +76,8 @@ class SuitLog:
     missing: int
     """Number of rows left out for a missing number."""
     notes: tuple[str, ...] = field(default=())
+    headings: Mapping[str, Heading] = field(default_factory=dict)
+    """Columns of the file that are read, by what they give."""
 
     def __len__(self) -> int:
         return len(self.elbow_angle)
@@ -172,18 +172,21 @@ def _suit_log(table: Table, scaling: Scaling) -> SuitLog:
     columns = {role: table.find(role) for role in COLUMNS}
     _refuse_blind(table, columns)
     values: dict[str, Floats] = {}
-    for role, column in columns.items():
-        if column is not None:
-            factor = si_factor(column, scaling, table.place(column))
-            values[role] = table.numbers(column) * factor
-    table.raise_faults()
-    known = np.all([np.isfinite(column) for column in values.values()], axis=0)
-    missing = int(np.count_nonzero(~known))
     notes = list(table.unread([*columns.values()]))
+    headings = {role: column for role, column in columns.items() if column is not None}
+    for role, column in headings.items():
+        factor = si_factor(column, scaling, table.place(column))
+        numbers = times_of_day(table, column) if role == TIME else None
+        values[role] = (table.numbers(column) if numbers is None else numbers) * factor
+    table.raise_faults()
+    is_number = {role: np.isfinite(column) for role, column in values.items()}
+    known = np.all(list(is_number.values()), axis=0)
+    missing = int(np.count_nonzero(~known))
     if missing:
+        lacking = [headings[role].shown for role, mask in is_number.items() if not mask.all()]
         notes.append(
-            f"{table.source}: {counted(missing, 'row')} of {len(known):,} without a number in some"
-            " column left out"
+            f"{table.source}: {counted(missing, 'row')} of {len(known):,} left out, without a"
+            f" number in {join_words(lacking)}"
         )
     if known.sum() < _LEAST_ROWS:
         problem = f"{counted(int(known.sum()), 'row')} with a number in every column that is read"
@@ -198,7 +201,9 @@ def _suit_log(table: Table, scaling: Scaling) -> SuitLog:
         )
         values = {role: column[~spikes] for role, column in values.items()}
         lines = lines[~spikes]
-    _check_values(table, columns, values, lines)
+    if TIME in headings and headings[TIME].unit is None:
+        notes.append(note_on_time(table.source, headings[TIME], values[TIME]))
+    check_values(table.source, headings, values, lines)
     return SuitLog(
         source=table.source,
         sha256=table.sha256,
@@ -209,6 +214,7 @@ def _suit_log(table: Table, scaling: Scaling) -> SuitLog:
         load_mass=values.get(LOAD_MASS, _load_of_comments(table, len(lines))),
         missing=missing,
         notes=tuple(notes),
+        headings=headings,
     )
 
 
@@ -244,7 +250,11 @@ def _refuse_blind(table: Table, columns: Mapping[str, Heading | None]) -> None:
     """Refuse a log that cannot tell anything about a suit, with all reasons."""
     reasons = []
     if columns[ELBOW_ANGLE] is None:
-        reasons.append("it has no joint angle, so nothing says what the tendons did to the arm")
+        shown = ", ".join(column.shown for column in table.columns[:8])
+        reasons.append(
+            "it has no joint angle, so nothing says what the tendons did to the arm (its columns"
+            f" are {shown})"
+        )
     measured = [role for role in CHANNELS if columns[role] is not None]
     if not measured:
         reasons.append("it has no spool angle, motor torque or tension that was measured")
@@ -263,42 +273,3 @@ def _refuse_blind(table: Table, columns: Mapping[str, Heading | None]) -> None:
 def _wished(table: Table) -> list[str]:
     """Return the headers of what was not measured."""
     return wished_columns(table.columns)
-
-
-def _check_values(
-    table: Table,
-    columns: Mapping[str, Heading | None],
-    values: Mapping[str, Floats],
-    lines: Integers,
-) -> None:
-    """Refuse values that no log of a suit has."""
-    source = table.source
-    time = values.get(TIME)
-    if time is not None:
-        back = np.flatnonzero(np.diff(time) < 0.0)
-        if len(back):
-            where = f"{source}, line {lines[back[0] + 1]}"
-            problem = f"time goes back in this row, and in {counted(len(back), 'row')} in all"
-            hint = "give one log per file, its rows in order of time"
-            raise InputError(problem, where=where, hint=hint)
-    angle = values[ELBOW_ANGLE]
-    column = columns[ELBOW_ANGLE]
-    shown = "the joint angle" if column is None else column.shown
-    if np.max(np.abs(angle)) > _LARGEST_ANGLE:
-        unit = None if column is None else column.unit
-        reached = f"{np.max(np.abs(angle)):.4g} rad"
-        problem = f"{shown} reaches {reached}, which no joint does"
-        hint = "are these degrees?" if unit == "rad" else "is the unit right?"
-        raise InputError(problem, where=source, hint=hint)
-    span = float(np.quantile(angle, 0.99) - np.quantile(angle, 0.01))
-    if span < _LEAST_MOTION:
-        problem = f"{shown} moves by {np.degrees(span):.2g} deg alone, expected 5 deg or more"
-        is_degrees = column is not None and column.unit == "deg" and 0.05 < np.degrees(span) < 4.0
-        hint = "are these radians?" if is_degrees else "move the joint through most of its range"
-        raise InputError(problem, where=source, hint=hint)
-    for role in CHANNELS:
-        channel = values.get(role)
-        if channel is not None and np.ptp(channel) <= 1e-9 * np.max(np.abs(channel), initial=1e-12):
-            name = columns[role]
-            problem = f"{role if name is None else name.shown} is the same in every row"
-            raise InputError(problem, where=source, hint="is it connected, and the right column?")

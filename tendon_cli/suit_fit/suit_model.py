@@ -129,7 +129,7 @@ class SuitModel:
     def _loads(self, values: dict[str, Floats], parts: Parts) -> Floats:
         """Return the masses of the loads, (sets, parts)."""
         sets = len(next(iter(values.values())))
-        of_study = values.get(names.LOAD, np.full(sets, self._load_of_study))
+        of_study = values.get(names.LOAD, np.full(sets, self.load_of_study))
         loads = np.where(np.isnan(parts.load), of_study[:, np.newaxis], parts.load)
         for mass in np.unique(parts.load[~np.isnan(parts.load)]):
             key = f"load {mass:.4g} kg"
@@ -138,8 +138,8 @@ class SuitModel:
         return np.asarray(loads)
 
     @property
-    def _load_of_study(self) -> float:
-        """Mass of the study's load, kg."""
+    def load_of_study(self) -> float:
+        """Mass of the study's load, kg, for a log that does not say its own."""
         number = self.study.numbers[names.LOAD]
         return float(number.array[0])
 

@@ -10,7 +10,7 @@ from tendon_cli import say
 from tendon_cli.display import Displayed
 from tendon_cli.suit_fit.fitted_numbers import Combination, FittedNumber
 from tendon_cli.suit_fit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE
-from tendon_cli.suit_fit.next_log import Proposal
+from tendon_cli.suit_fit.next_log import FittedWindow, Proposal
 from tendon_cli.suit_fit.parameters import unit_of
 from tendon_cli.suit_fit.prediction import ChannelMisfit
 from tendon_cli.suit_fit.row_selection import Selection
@@ -34,6 +34,8 @@ class SuitFit(Displayed):
     misfits: tuple[ChannelMisfit, ...]
     predicted_from: str
     """Group without which each part was predicted: "log" or "third of the strokes"."""
+    window: FittedWindow | None
+    """Window of the fitted suit at the loads of the logs; None without a fitted pretension."""
     proposals: tuple[Proposal, ...]
     """Further measurements, the one that tells most of the window first."""
     warnings: tuple[str, ...]
@@ -70,6 +72,7 @@ class SuitFit(Displayed):
             "combinations": [combination.record for combination in self.combinations],
             "channels": {name: misfit.record for name, misfit in self.channels.items()},
             "predicted_from": self.predicted_from,
+            "window": None if self.window is None else self.window.record,
             "next": [proposal.record for proposal in self.proposals],
             "warnings": list(self.warnings),
             "notes": list(self.notes),
@@ -81,8 +84,9 @@ class SuitFit(Displayed):
 
     @property
     def text(self) -> str:
-        """Result in words, about one screen."""
-        lines = [self._first_line()]
+        """Result in words, about one screen: what is wrong stands before any number."""
+        lines = [f"warning: {text}" for text in self.warnings]
+        lines.append(self._first_line())
         stated = [number for number in self.fitted if number.is_stated]
         lines += _table(stated)
         lines += _named("not told", _untold(self.fitted))
@@ -93,10 +97,11 @@ class SuitFit(Displayed):
         ]
         lines += _named("off", _unusual(self.fitted))
         lines += _line("holds?", self._misfit_text())
+        if self.window is not None:
+            lines += _line("window", self.window.text)
         for place, proposal in enumerate(self.proposals[:3]):
-            lines += _line("next" if place == 0 else "", proposal.text)
+            lines += _line("helps" if place == 0 else "", proposal.text)
         lines += self._rows_lines()
-        lines += [f"warning: {text}" for text in self.warnings]
         lines += [f"note: {text}" for text in self.notes]
         return "\n".join(lines)
 
@@ -107,8 +112,7 @@ class SuitFit(Displayed):
         logs = say.counted(len(self.selection.logs), "log")
         strokes = say.counted(self.estimate.strokes, "stroke")
         of_these = f"{len(told)} of {say.counted(len(stated), 'number')}"
-        verdict = "" if not self.warnings else "; read the warnings first"
-        return f"{logs}, {strokes}: they determine {of_these} to be fitted{verdict}"
+        return f"{logs}, {strokes}: they determine {of_these} to be fitted"
 
     def _misfit_text(self) -> str:
         """Return how well each log is predicted from the others."""

@@ -1,10 +1,10 @@
 """The order of choices: which one an answer names first, by which rule, and what ties with it.
 
-A choice comes before another if it can be built, serves more up to the share that is enough, keeps
-the rest of the advice, can be set, and needs less tension, in this order. Stated goals replace the
-last two rules. Values that are equal to `EQUAL` are a tie, which the smaller motor torque breaks,
-then the smaller values of the axes by key. So neither the order of a list in a study nor the way in
-which work is cut decides anything.
+A choice comes before another if it can be built, serves more up to the share that is enough, can
+be set at all, keeps the rest of the advice, can be set with room to spare, and needs less tension,
+in this order. Stated goals replace the last two rules. Values that are equal to `EQUAL` are a tie,
+which the smaller motor torque breaks, then the smaller values of the axes by key. So neither the
+order of a list in a study nor the way in which work is cut decides anything.
 """
 
 from __future__ import annotations
@@ -29,8 +29,9 @@ EQUAL = 1e-9
 """Relative difference up to which two values are a tie."""
 BUILT = "built"
 SERVED_ENOUGH = "served_enough"
+CAN_BE_SET = "can_be_set"
 ADVISED = "advised"
-_FIRST_RULES = (BUILT, SERVED_ENOUGH, ADVISED)
+FIRST_RULES = (BUILT, SERVED_ENOUGH, CAN_BE_SET, ADVISED)
 """Rules that come before all goals."""
 SETTABLE = Goal("settable", maximise=True)
 """The largest tolerance of setting as far as it is needed."""
@@ -77,7 +78,7 @@ class Order:
     @cached_property
     def rules(self) -> tuple[str, ...]:
         """Rules in the order in which they decide, by name; a goal has that of its column."""
-        return (*_FIRST_RULES, *(goal.column for goal in self.goals), LEAST_TORQUE.column)
+        return (*FIRST_RULES, *(goal.column for goal in self.goals), LEAST_TORQUE.column)
 
     @property
     def is_front(self) -> bool:
@@ -87,13 +88,14 @@ class Order:
     # --- Scores -----------------------------------------------------------------------------------
 
     def first_scores(self, solutions: Solutions) -> Array:
-        """Return the scores by the rules before all goals, (choices, 3), the larger the better."""
+        """Return the scores by the rules before all goals, (choices, 4), the larger the better."""
         heeded = solutions.advice if self.question.study.design.advice else 0
         can_be_built = np.bitwise_and(heeded, NO_ROOM) == 0
         keeps_rest = np.bitwise_and(heeded, ~NO_ROOM) == 0
         columns = np.broadcast_arrays(
             can_be_built.astype(np.float64),
             np.minimum(solutions.served_at, self.question.serve),
+            solutions.can_be_set.astype(np.float64),
             keeps_rest.astype(np.float64),
         )
         return np.column_stack(columns)
@@ -194,7 +196,7 @@ class Order:
             *(rows for rows, _ in _may_be_left(self.scores(solutions))),
         ]
         if self.is_front:
-            left = [*left[: 1 + len(_FIRST_RULES)], left[-1]]
+            left = [*left[: 1 + len(FIRST_RULES)], left[-1]]
         in_the_end = left[-1]
         unknown: Rows = in_the_end[~solutions.has_worst[in_the_end]]
         if len(unknown):

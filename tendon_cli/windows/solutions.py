@@ -24,6 +24,8 @@ from tendon_cli.windows.worst import WORST, Worst
 
 End = Literal["from", "to"]
 """Lower or upper end of a window, as in the names of columns."""
+ENDS: tuple[End, ...] = ("from", "to")
+"""Both ends."""
 
 NEEDED = 3.0
 """Tolerance that is enough, as a multiple of the accuracy with which a suit can be set."""
@@ -102,6 +104,11 @@ class Solutions(ByChoice):
     def can_be_built(self) -> Flags:
         """True unless worst values show that the flexor's spring has no room, or if not judged."""
         return np.asarray(np.bitwise_and(self.advice, NO_ROOM) == 0)
+
+    @property
+    def can_be_set(self) -> Flags:
+        """True where the window is so wide that an error of setting stays within it."""
+        return np.asarray(self.settable * NEEDED >= 1.0 - ROUNDING)
 
     @property
     def has_window(self) -> Flags:

@@ -28,8 +28,9 @@ from tendon_cli.windows.worst import QUANTITIES, Worst
 
 _STATES_AT_ONCE = 2**21
 """States in one portion, so that each array of the model stays within a few megabytes."""
-_MOTOR_IN_NUMPY = 8
-"""Factor by which a portion is smaller with limits on the motor, whose arrays hold all states."""
+_MOTOR_IN_NUMPY = 64
+"""Factor by which a portion is smaller with limits on the motor: their arrays hold all states, and
+stay in the cache while an end is sought."""
 _MOTION_IN_NUMPY = 32
 """Factor by which a portion is smaller along a trajectory, of which NumPy has all states."""
 _SAME_ANGLE = 1e-12

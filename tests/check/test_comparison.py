@@ -1,6 +1,7 @@
 """Two results side by side: every number is the record's, and only paired shares are made anew."""
 
 import json
+import shlex
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from tendon_cli.answers import paired
 from tendon_cli.answers.paired import paired_interval, unpaired_interval
 from tendon_cli.checks.comparison import labels_of
 from tendon_cli.errors import FolderError, InputError, UsageError
-from tests.check.conftest import STUDY, swept
+from tests.check.conftest import ANSWERED, STUDY, swept
 
 OPPOSITE = {"better": "worse", "worse": "better", "no difference": "no difference", None: None}
 
@@ -176,6 +177,101 @@ def test_an_answer_without_a_window_is_worse(suits):
     assert of(compared, "tolerance_length")["verdict"] == "worse"
     assert of(compared, "max_tension")["verdict"] is None
     assert "none has no window" in " ".join(compared.record["notes"])
+
+
+DRAWN = {
+    "name": "before",
+    "spring": {"stiffness": {"value": "5 kN/m", "tolerance": "20 %"}},
+    "sheath": {"friction": {"mean": 0.08, "std": 0.02}},
+    "spool": {"ratio": 0.6},
+    "load": {"mass": ["0 kg", "10 kg"]},
+    "arm": {
+        "b1": {"value": "150 mm", "tolerance": "4 %"},
+        "elbow_radius": {"value": "45 mm", "tolerance": "3 %"},
+    },
+    "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
+    "design": {"verify": 2000, "serve": 0.5},
+}
+"""A suit for uncertain numbers whose window is narrow."""
+
+
+def typed(command, text):
+    """Run a command as a text that says what to type; return what it did."""
+    program, *arguments = shlex.split(text)
+    assert program == "tendon"
+    return command(*arguments)
+
+
+def commands_in(text):
+    """Return the commands that a text says to type, a line each."""
+    return [line.strip() for line in text.splitlines() if line.startswith("    tendon ")]
+
+
+def test_a_lost_draw_is_named_and_its_command_shows_that_it_is_not_served(command, tmp_path):
+    before = tendon.design(DRAWN, tmp_path / "first one")
+    after = tendon.design(DRAWN | {"name": "after", "spool": {"ratio": 0.65}}, tmp_path / "o'two")
+    compared = tendon.compare(before, after)
+    lost = compared.record["lost"]
+    name = lost["names"][0]
+    assert f"after loses {name}: " in " ".join(compared.text.split())
+    (shown,) = commands_in(compared.text)
+    done = typed(command, f"{shown} --json")
+    assert done.exit == 0
+    (row,) = done.json["data"]
+    assert row["draw"] == name
+    assert row["served"] == 0.0
+    pretension = of(compared, "pretension")["b"]
+    assert not row["pretension_from"] <= pretension <= row["pretension_to"]
+    assert compared.record["lost_one"]["command"] in compared.markdown
+
+
+def test_a_lost_person_is_named_and_shown_too(command, answered, tmp_path):
+    after = tendon.design(ANSWERED | {"spool": {"ratio": 0.72}}, tmp_path / "after")
+    compared = tendon.compare(answered["v1"], after)
+    assert compared.record["lost"]["named"] > 0
+    (shown,) = commands_in(compared.text)
+    (row,) = typed(command, f"{shown} --json").json["data"]
+    assert row["person"] == compared.record["lost"]["names"][0]
+    assert row["served"] < ANSWERED["design"]["serve"]
+
+
+def test_a_new_draw_that_is_lost_can_be_designed_for_alone(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    few = DRAWN | {"name": "before", "uncertainty": {"draws": 8}}
+    after = {"name": "after", "spool": {"ratio": 0.605}}
+    (tmp_path / "before.yaml").write_text(json.dumps(few))
+    (tmp_path / "after.yaml").write_text(json.dumps(few | after))
+    for name in ("before", "after"):
+        assert command("design", f"{name}.yaml", "--no-figures").exit == 0
+    words = ("compare", "results/before-design", "results/after-design")
+    compared = command(*words)
+    lost = command(*words, "--json").json["lost"]
+    assert lost["count"] > 0
+    assert "none of the study's own 8" in " ".join(compared.out.split())
+    (shown,) = commands_in(compared.out)
+    done = typed(command, f"{shown} --no-figures --json")
+    assert done.exit == 4
+    assert done.json["feasible"] == 0
+    (tmp_path / "after.yaml").write_text(json.dumps(few | after | {"spool": {"ratio": 0.7}}))
+    assert commands_in(command(*words).out) == []
+
+
+def test_a_new_person_who_is_lost_has_numbers_and_a_reason(answered):
+    compared = tendon.compare(answered["v1"], answered["v2"])
+    assert compared.record["lost"]["named"] == 0 < compared.record["lost"]["count"]
+    one = compared.record["lost_one"]
+    assert " kg" in one["name"]
+    assert one["command"] is None
+    assert f"v2 loses a new person with {one['name']}" in " ".join(compared.text.split())
+
+
+def test_draws_of_another_seed_are_not_taken_for_the_same_by_their_names(tmp_path):
+    before = tendon.design(DRAWN)
+    other = tendon.design(DRAWN | {"uncertainty": {"seed": 2}})
+    more = DRAWN | {"tendon": {"length": {"value": "1.9 m", "tolerance": "0.1 m"}}}
+    for after in (other, tendon.design(more)):
+        record = tendon.compare(before, after).record
+        assert record["gained"] is record["lost"] is record["lost_one"] is None
 
 
 # --- Intervals ------------------------------------------------------------------------------------

@@ -236,3 +236,37 @@ def test_columns_of_a_file_of_people_that_are_not_read_are_named(tendon, tmp_pat
         assert "hair" not in ran.out
     people.write_text("name,stature (cm)\nAda,168\n")
     assert tendon("show", str(people)).err == ""
+
+
+def test_rows_that_are_not_shown_are_told_with_the_option_that_shows_them(tendon, run):
+    some = ("show", run, "--table", "states", "--columns", "elbow_angle", "--head", 2)
+    told = "2 of 648 rows; --head 648 shows all"
+    assert tendon(*some).out.splitlines()[-1] == told
+    assert told in tendon(*some, "--csv").err
+    every = (*some[:-1], 648)
+    assert tendon(*every).out.splitlines()[-1] == "648 of 648 rows"
+    assert tendon(*every, "--csv").err == ""
+
+
+def test_a_table_of_a_folder_that_is_not_there_is_not_called_a_table(tendon, tmp_path):
+    done = tendon("show", tmp_path / "nowhere", "--table", "persons")
+    assert done.exit != 0
+    assert "is one table" not in done.err
+    assert "no such" in done.err
+
+
+def test_a_price_in_another_currency_is_refused_with_the_unit_of_the_column(tendon, tmp_path):
+    (tmp_path / "springs.csv").write_text(
+        "name,spring.stiffness (kN/m),price (EUR)\nS4,4,120\nS5,5,150\n"
+    )
+    study = tmp_path / "catalogue.toml"
+    study.write_text('spool.ratio = 0.6\n[[table]]\nname = "spring"\nfile = "springs.csv"\n')
+    answer = tmp_path / "answer"
+    tendon("design", study, "--no-figures", "--out", answer)
+    show = ("show", answer, "--columns", "spring,price", "--json", "--where")
+    for text in ("price < 150 EUR", "price < 150", "spring_price <= 149.9 EUR"):
+        assert [row["spring"] for row in tendon(*show, text).json["data"]] == ["S4"]
+    for text in ("price < 150 USD", "price < 150 N"):
+        done = tendon("show", answer, "--where", text)
+        assert done.exit == 2
+        assert "expected a number in EUR" in done.err

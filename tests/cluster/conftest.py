@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 STATES_PER_PART = 200
-WINDOWS_PER_PART = 2**15
+WINDOWS_PER_PART = 2**13
 STUDY = """
 [tendon]
 pretension = { from = "60 N", to = "240 N", num = 13 }

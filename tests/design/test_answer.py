@@ -36,12 +36,15 @@ def scored(rows, goals):
 
 
 def answered(text, folder):
-    """Return the answer, its goals, and the scores of a grid of four times its density."""
+    """Return the answer, its goals, and the scores of a grid of four times its density.
+
+    Choices that cannot be set to 2 mm, as by default, are no rivals.
+    """
     fine = question_from(text.replace("num = 8", "num = 29").replace("num = 6", "num = 21"), folder)
     goals = goals_of(fine.study)
     answer = tendon.design(question_from(text, folder).study)
     rivals = solve(Solver(fine), fine.all_points())
-    return answer, goals, rivals.scores(goals)
+    return answer, goals, rivals.select(rivals.tolerance_length >= 2e-3).scores(goals)
 
 
 def solved_alone(content):

@@ -33,6 +33,8 @@ TIED = {
 }
 PEOPLE = {**SUITS, "people": {"count": 8}}
 OPEN = {**SUITS, "joint": NO_UPPER_END}
+ACCURACY = 2e-3
+"""Accuracy of setting by default, m."""
 CASES = {
     **LOADS,
     "cases": [
@@ -157,7 +159,11 @@ def test_enough_tolerance_is_enough_and_then_the_tension_decides():
     )
     assert decided["rule"] == "max_tension"
     assert decided["choices"] == len(enough) < answer.record["feasible"]
-    sentence = f"the least tension of the {len(enough)} choices whose window is at least 12 mm wide"
+    tension = f"{answer.record['best']['max_tension']:.0f} N"
+    sentence = (
+        f"The tension of this choice reaches {tension} in motion, the least of the {len(enough)}"
+        " choices whose window is at least 12 mm wide"
+    )
     assert sentence in " ".join(answer.text.split())
 
 
@@ -278,8 +284,50 @@ def test_goals_replace_tolerance_and_tension():
     assert answer.record["decided"]["rule"] == "tolerance_length"
     torque = {"minimise": ["peak_motor_torque"]}
     best = tendon.design({**SUITS, "design": torque}, jobs=1)
-    least = best.choices.loc[best.choices["feasible"], "peak_motor_torque"].abs().min()
-    assert abs(best.record["best"]["peak_motor_torque"]) == pytest.approx(least)
+    can_be_set = best.choices["tolerance_length"] >= ACCURACY
+    torques = best.choices["peak_motor_torque"].abs()
+    assert abs(best.record["best"]["peak_motor_torque"]) == pytest.approx(torques[can_be_set].min())
+    # The least torque of all is that of a choice whose window nobody can hit.
+    assert torques[best.choices["feasible"]].min() < torques[can_be_set].min()
+
+
+@pytest.mark.parametrize(
+    "goals",
+    [
+        {},
+        {"minimise": ["peak_motor_torque"]},
+        {"minimise": ["peak_motor_torque", "max_spring_extension"]},
+        {"minimise": ["max_tension"], "maximise": ["min_elbow_stiffness"]},
+    ],
+    ids=["none", "one", "two", "opposed"],
+)
+def test_a_choice_that_cannot_be_set_is_not_named_beside_one_that_can(goals):
+    lengths = tendon.design(SUITS, jobs=1).choices["tolerance_length"].dropna()
+    for accuracy in (lengths.min() + lengths.max()) / 2, lengths.max() * (1 - 1e-6):
+        content = {**SUITS, "design": goals, "setting": {"accuracy": f"{accuracy} m"}}
+        answer = tendon.design(content, jobs=1)
+        named = [answer.record["best"], *answer.record["best_by"].values(), *answer.record["front"]]
+        assert all(row["tolerance_length"] >= accuracy for row in named)
+        assert "cannot be set" not in answer.text
+
+
+@pytest.mark.parametrize("accuracy", ["100 mm", "2000 N"], ids=["length", "tension"])
+def test_a_first_choice_that_cannot_be_set_is_called_that_at_once(accuracy):
+    """No sentence recommends it; the numbers left at their defaults are named."""
+    for goals in ({}, {"minimise": ["max_tension", "peak_motor_torque"]}):
+        content = {**SUITS, "design": goals, "setting": {"accuracy": accuracy}}
+        answer = tendon.design(content, jobs=1)
+        assert not answer.record["decided"]["can_be_set"]
+        for text in (answer.text, answer.short):
+            first = " ".join(text.split("Why")[0].split())
+            assert "cannot be set: the window is ± " in first
+            assert f"the accuracy of setting ± {accuracy.replace('2000', '2,000')}" in first
+            assert not first.startswith("Set ")
+            assert "None of" in first
+            assert "State" not in first
+    content = {"load": {"mass": ["0 kg", "2.05 kg"]}}
+    short = " ".join(tendon.design(content, jobs=1).short.split())
+    assert "State spool.ratio (now 1, the default) and spring.stiffness (now 3 kN/m" in short
 
 
 def test_between_the_points_the_search_keeps_the_order():
@@ -300,3 +348,47 @@ def test_the_window_solver_cuts_nothing_that_the_order_needs(monkeypatch):
     expected = told(SUITS)
     monkeypatch.setattr(solutions_module, "_WINDOWS_AT_ONCE", 5)
     assert told(SUITS) == expected
+
+
+@pytest.mark.parametrize("given", [None, "120 N"])
+def test_tensions_to_set_are_null_just_where_there_is_no_window(given):
+    """A pretension that the study gives is set on every choice."""
+    content = {
+        "load": {"mass": ["0 kg", "10 kg"]},
+        "spring": {"stiffness": ["3 kN/m", "5 kN/m", "8 kN/m"]},
+        "spool": {"ratio": [0.6, 1.0]},
+    }
+    if given is not None:
+        content["design"] = {"pretension": given}
+    choices = tendon.design(content, jobs=1).choices
+    has_window = choices["pretension_from"] <= choices["pretension_to"]
+    assert has_window.any()
+    assert not has_window.all()
+    of_setting = choices.filter(regex="^set_")
+    assert of_setting.shape[1] == 4
+    for column in of_setting:
+        assert (of_setting[column].notna() == (has_window | (given is not None))).all(), column
+
+
+def test_a_limit_of_a_part_that_ends_the_window_is_said_beside_the_part():
+    motors = {
+        "name": ["quick", "strong"],
+        "limits.peak_motor_torque (N m)": [12, 30],
+        "limits.peak_motor_speed (rpm)": [120, 45],
+    }
+    content = {
+        "load": {"mass": ["0 kg", "3 kg"]},
+        "motion": {"speed": "60 deg/s"},
+        "spring": {"stiffness": "2.5 kN/m"},
+        "spool": {"ratio": 0.6, "flexor_radius": "25 mm"},
+        "table": [{"name": "motor", "rows": motors}],
+    }
+    answer = tendon.design(content, jobs=1)
+    ended = {
+        name: row["from_by"] == "peak_motor_speed"
+        for name, row in zip(motors["name"], answer.record["trade_offs"][0]["best"], strict=True)
+    }
+    assert ended == {"quick": False, "strong": True}
+    text = " ".join(answer.text.split())
+    assert "with strong its own limit on motor speed sets the lower end" in text
+    assert "with quick" not in text

@@ -60,8 +60,11 @@ def _stripped(text):
     return re.sub(r"[ \t]+$", "", text, flags=re.MULTILINE).strip("\n")
 
 
-def run_page(page, folder):
-    """Run all blocks of a page. Return everything that did not come out as shown."""
+def run_page(page, folder, without=()):
+    """Run all blocks of a page. Return everything that did not come out as shown.
+
+    Commands of `without` are not typed.
+    """
     session = {"__name__": "__main__"}
     faults = []
     printed = None  # by the Python block before, until another block comes
@@ -72,7 +75,7 @@ def run_page(page, folder):
                 faults += compared(block.text, printed, f"line {block.line}: Python")
             printed = None
             if block.kind == "console":
-                faults += run_console(block)
+                faults += run_console(block, without)
             elif block.kind == "python":
                 printed = run_python(block, session)
     return faults
@@ -106,13 +109,15 @@ def run_python(block, session):
     return out.getvalue()
 
 
-def run_console(block):
-    """Type each command of a block; a command goes on over lines that end in a backslash."""
+def run_console(block, without=()):
+    """Type the commands of a block; one goes on over lines that end in a backslash."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     environment = os.environ | {"PATH": path, "COLUMNS": "80", "NO_COLOR": "1"}
     faults = []
     for part in re.split(r"^\$ ", block.text, flags=re.MULTILINE)[1:]:
         command, expected = _split(part)
+        if command in without:
+            continue
         ended = subprocess.run(  # noqa: S602 - our own pages
             command,
             shell=True,

@@ -99,6 +99,25 @@ def test_the_boundary_is_the_required_pretension_with_ticks_on_the_slack_side(
         assert (np.diff(path.vertices[:, 1]) < 0.0).all()
 
 
+@pytest.mark.parametrize(("first", "last"), [(5.0, 65.0), (-65.0, -5.0)])
+def test_the_boundary_goes_on_to_the_edges_of_the_outermost_cells(
+    first: float, last: float, springs: TableFiles, tmp_path: Path
+) -> None:
+    """The margin is linear in the pretension, and so is what is drawn in the outer half cells."""
+    # The required pretension of 3 kN/m and 3 kg lies less than half a cell outside of the grid.
+    place = column(springs, "required_pretension", (31, 12, 4))[0, 5, 1]
+    content = {
+        "tendon": {"pretension": grid(f"{place + first} N", f"{place + last} N", 4)},
+        "spring": STIFFNESS,
+        "load": {"mass": ["3 kg"]},
+    }
+    (axes,) = panels(figure_of(designs(tmp_path / "run", content)))
+    (boundary,) = by_gid(axes, "boundary")
+    vertices = np.concatenate([path.vertices for path in boundary.get_paths()])
+    there = vertices[np.isclose(vertices[:, 1], 3.0)]
+    np.testing.assert_allclose(there[:, 0], place, atol=1e-6)
+
+
 def test_logarithmic_axis(tmp_path: Path) -> None:
     content = {
         "spring": {"stiffness": grid("0.3 kN/m", "30 kN/m", 9, spacing="log")},

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
+import struct
 import subprocess
 import sys
+import zlib
 from pathlib import Path
 
 import pytest
@@ -148,3 +151,15 @@ def test_hostile_titles_are_drawn_as_text() -> None:
         figure.text(0.0, 0.5, plain("$ {\\frac 図 \U0001f980 ^_"))
     assert render(figure, "svg") == render(figure, "svg")
     assert render(figure, "png")[:4] == b"\x89PNG"
+
+
+def test_a_png_is_of_the_kinds_that_every_reader_knows(tmp_path: Path) -> None:
+    figure = Figure(figsize=(1.0, 0.5), dpi=100)
+    content = render(figure, "png", {})
+    width, height, *kinds = struct.unpack(">IIBBBBB", content[16:29])
+    # Eight bits of red, green and blue; the standard has one compression, one filter; no interlace.
+    assert kinds == [8, 2, 0, 0, 0]
+    (packed,) = re.findall(rb"IDAT(.*)....\0\0\0\0IEND", content, re.DOTALL)
+    rows = zlib.decompress(packed)
+    assert len(rows) == height * (1 + 3 * width)
+    assert set(rows[:: 1 + 3 * width]) == {0}  # no row is filtered

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 
 import numpy as np
@@ -141,3 +142,11 @@ def test_a_long_log_is_read_in_well_under_two_seconds(csv_file) -> None:
     begin = time.process_time()
     fit_friction(path, bend_angle="144 deg")
     assert time.process_time() - begin < 2.0
+
+
+def test_a_bend_taken_as_exact_says_what_one_degree_more_gives() -> None:
+    fit = fit_of(MOTOR, LOAD)
+    more = fit_friction(log_of(MOTOR, LOAD), bend_angle="145 deg")
+    share = re.search(r"1 deg more gives ([\d.]+) % less μ", fit.text)
+    assert share
+    assert float(share[1]) == pytest.approx(100.0 * (1.0 - more.friction / fit.friction), abs=0.06)

@@ -92,3 +92,15 @@ def test_inputs_are_left_alone():
     actuator.evaluate(design(p), angle, flexion)
     for name, values in inputs.items():
         np.testing.assert_array_equal(values, before[name])
+
+
+def test_states_at_another_pretension_are_those_of_the_design_with_it():
+    """Compare states whose other quantities are worked out once with states solved anew."""
+    angles = np.radians(np.linspace(0.0, 90.0, 7)).reshape(1, -1)
+    flexion = np.array([[True], [False]])
+    unloaded = actuator.evaluate(design(baseline(load_mass=3.0, pretension=0.0)), angles, flexion)
+    anew = actuator.evaluate(design(baseline(load_mass=3.0, pretension=250.0)), angles, flexion)
+    changed = actuator.at_pretension(unloaded, 250.0)
+    for name in ("motor_torque", "elbow_stiffness", "spool_angle", "status"):
+        np.testing.assert_array_equal(getattr(changed, name), getattr(anew, name))
+    assert not np.array_equal(changed.motor_torque, unloaded.motor_torque)

@@ -9,6 +9,7 @@ from tendon_cli.model.sheath import (
     TOWARD_ELBOW,
     TOWARD_MOTOR,
     capstan_ratio,
+    elongation_slope,
     relative_elongation,
     tendon_compliance,
 )
@@ -94,3 +95,14 @@ def test_a_sheath_cut_in_two_stretches_like_the_whole(friction, bend, toward, sh
     at_cut = 1 / capstan_ratio(friction, share * bend, toward)
     whole = compliance(length, friction, bend, toward)
     assert whole == pytest.approx(float(near + at_cut * far), rel=1e-13)
+
+
+@given(st.lists(st.floats(-4.0, 4.0), min_size=1, max_size=8))
+def test_the_slope_of_the_elongation_is_its_difference_wherever_it_is_summed(exponents):
+    """Below 0.3 it is a series, beyond it a closed form; an array may have both."""
+    z = np.array(exponents)
+    slope = elongation_slope(z)
+    step = 1e-5
+    difference = (relative_elongation(z + step) - relative_elongation(z - step)) / (2.0 * step)
+    np.testing.assert_allclose(slope, difference, rtol=1e-5)
+    np.testing.assert_array_equal(slope, [elongation_slope(one) for one in z])

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.face import write_comparison
 from tendon_cli.reports.report import write_report
 
 BROWSER = (
@@ -136,3 +137,29 @@ def answered_for_people(tmp_path_factory):
     }
     tendon.design(study, folder)
     return folder
+
+
+@pytest.fixture(scope="session")
+def people_page(answered_for_people):
+    return write_report(answered_for_people)
+
+
+@pytest.fixture(scope="session")
+def table_page(tmp_path_factory):
+    """Return the page of an answer on rows of a table with long names."""
+    folder = tmp_path_factory.mktemp("table") / "suit-design"
+    rows = [
+        {"name": f"prototype with a long name, number {row}", "spring.stiffness": f"{row} kN/m"}
+        for row in (4, 5, 8)
+    ]
+    study = {"table": [{"name": "prototype", "rows": rows}], "spool": {"ratio": 0.6}}
+    tendon.design(study | {"load": {"mass": ["0 kg", "5 kg"]}, "motion": MOTION}, folder)
+    return write_report(folder)
+
+
+@pytest.fixture(scope="session")
+def comparison_page(answered, answered_for_people, tmp_path_factory):
+    """Return the page that compares an answer for persons with another one."""
+    file = tmp_path_factory.mktemp("comparison") / "page.html"
+    write_comparison(tendon.compare(answered_for_people, answered), file)
+    return file

@@ -7,18 +7,67 @@ import pytest
 import tendon_cli as tendon
 from tendon_cli.reports.report import write_report
 from tests.report.conftest import MOTION, TITLE, until
+from tests.torture.tools import quick_and_torture
 
+PAGES = ("page_file", "answer_page")
 SIZES = [(390, "light"), (390, "dark"), (1280, "light"), (1280, "dark")]
+ALL = [(file, *size) for file in PAGES for size in SIZES]
+PAIRS = [
+    ("page_file", 390, "light"),
+    ("page_file", 1280, "dark"),
+    ("answer_page", 390, "dark"),
+    ("answer_page", 1280, "light"),
+]
+"""Every two of page, width and colour together; `make torture` has all three."""
+REST = [case for case in ALL if case not in PAIRS]
 
 
-@pytest.mark.parametrize("file", ["page_file", "answer_page"])
-@pytest.mark.parametrize(("width", "scheme"), SIZES)
+@pytest.mark.parametrize(("file", "width", "scheme"), quick_and_torture(PAIRS, REST))
 def test_it_opens_without_a_word_at_any_width_and_colour(opened, request, file, width, scheme):
     with opened(request.getfixturevalue(file), width, scheme) as page:
         if file == "page_file":
             assert page.title() == TITLE
         assert page.evaluate("document.documentElement.scrollWidth") <= width
         assert page.locator("#map .plot-container").count() == 1
+
+
+BEYOND = """(width) => {
+  const scrolls = (element) => element.closest(".scroll, figure, svg, .plot, [hidden]");
+  const isBeyond = (element) => {
+    const box = element.getBoundingClientRect();
+    return box.width > 0 && (box.right > width + 0.5 || box.left < -0.5) && !scrolls(element);
+  };
+  const beyond = Array.from(document.body.querySelectorAll("*")).filter(isBeyond);
+  return beyond.map((element) => element.outerHTML.slice(0, 80));
+}"""
+"""Script that returns the elements that lie beyond a width, but for those that scroll alone."""
+TOO_WIDE = """() => {
+  const tables = Array.from(document.querySelectorAll(".answer .scroll"));
+  const isSmall = (box) => box.querySelectorAll("tr:last-child > *").length <= 4;
+  const isTooWide = (box) => isSmall(box) && box.scrollWidth > box.clientWidth;
+  const isCut = (box) => isTooWide(box) || box.scrollHeight > box.clientHeight;
+  return tables.filter(isCut).map((box) => box.textContent.slice(0, 80));
+}"""
+"""Script that returns the tables of a text that are cut below, or too wide with four columns."""
+
+
+@pytest.mark.parametrize(
+    "file", ["page_file", "answer_page", "people_page", "table_page", "comparison_page"]
+)
+def test_nothing_is_wider_than_a_phone(opened, request, file):
+    with opened(request.getfixturevalue(file), 400) as page:
+        assert page.evaluate("document.documentElement.scrollWidth") <= 400
+        assert page.evaluate(BEYOND, 400) == []
+        assert page.evaluate(TOO_WIDE) == []
+
+
+def test_a_comparison_says_its_title_once(opened, comparison_page):
+    with opened(comparison_page, 400) as page:
+        title = page.locator("h1").inner_text()
+        says = page.locator("header .says").inner_text()
+        text = page.locator("body").inner_text()
+        assert text.count(title) == 1
+        assert text.count(says) == 1
 
 
 def test_a_slider_moves_the_map(opened, page_file):

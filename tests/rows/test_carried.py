@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pandas as pd
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.answers.phrases import sums_words
 from tendon_cli.cube.rows import export, rows_in
+from tendon_cli.errors import StudyError
 
 SPRINGS = """\
 name,spring.stiffness (kN/m),price (EUR),supplier
@@ -104,7 +107,7 @@ def test_filters_take_them(folder, run, where, left):
 
 def test_a_front_over_price_and_tension_is_the_one_of_all_choices(answer):
     choices = answer.choices
-    good = choices[choices.feasible]
+    good = choices[choices.feasible & (choices.tolerance_length >= 2e-3)]  # as they can be set
     front = {
         row.Index
         for row in good.itertuples()
@@ -126,6 +129,20 @@ def test_the_answer_names_parts_and_their_price(answer):
     assert words.startswith(f"{spring} with motor {best['motor']} (")
     assert ": set " in words
     assert f"price {best['price']:.0f} EUR" in words
+
+
+def test_a_carried_number_is_named_unless_its_unit_is_a_price():
+    rows = {"name": ["A"], "spool.ratio": [0.6], "width (mm)": [13], "price (EUR)": [7]}
+    short = tendon.design({"table": [{"name": "suit", "rows": rows}]}).short
+    told = " ".join(short.split()).partition(")")[0]
+    assert told.removeprefix("Suit A (").split(", ") == ["width 13 mm", "7 EUR"]
+
+
+def test_a_budget_among_the_limits_is_refused_with_the_filter_that_works():
+    with pytest.raises(StudyError) as refusal:
+        tendon.study({"limits": {"price": "150 EUR"}})
+    name, value = re.search(r'--where "(\w+) < ([^"]+)"', str(refusal.value)).groups()
+    assert (name, value) == ("price", "150 EUR")
 
 
 def test_a_fix_names_the_nearest_row_of_the_catalogue(folder):
@@ -181,3 +198,17 @@ def test_the_record_reads_back_as_the_same_study(folder, run):
     assert again.hash == run.study.hash
     assert [column.name for column in again.row_tables[1].carried] == ["price", "mass"]
     assert json.loads((folder / "run" / "run.json").read_text())["axes"] == list(again.axes)
+
+
+@pytest.mark.parametrize(
+    ("tables", "row", "words"),
+    [
+        (["spring", "motor"], {"price": 141.0}, "price 141 EUR in all"),
+        (["spring"], {"price": 141.0}, ""),
+        (["spring", "motor"], {"price": None}, ""),
+    ],
+    ids=["two parts", "one part", "a price that is not known"],
+)
+def test_a_sum_is_said_of_several_parts_whose_numbers_are_known(tables, row, words):
+    question = {"carried": {"price": {"unit": "EUR", "tables": tables}}}
+    assert sums_words(question, row) == words

@@ -79,14 +79,18 @@ def test_a_record_shorter_than_six_periods_of_the_cutoff_is_refused(file):
 
 
 def test_the_record_says_what_the_cutoff_decides(file):
-    clean = tendon.sweep(file(rows(TIME, SWING), inertia="0.08 kg m2")).record["checks"]["cutoff"]
+    of_clean = tendon.sweep(file(rows(TIME, SWING), inertia="0.08 kg m2"))
+    clean = of_clean.record["checks"]["cutoff"]
     assert clean["cutoff"] == 6.0
     assert clean["lower"] == 4.2
     assert not clean["decides"]
     assert clean["peak_motor_power"][1] == pytest.approx(clean["peak_motor_power"][0], rel=0.02)
     noisy = SWING + np.random.default_rng(1).normal(0.0, 0.5, len(SWING))
-    check = tendon.sweep(file(rows(TIME, noisy), inertia="0.08 kg m2")).record["checks"]["cutoff"]
+    of_noisy = tendon.sweep(file(rows(TIME, noisy), inertia="0.08 kg m2"))
+    check = of_noisy.record["checks"]["cutoff"]
     assert check["decides"]
+    assert "note" not in dict(of_clean.facts())
+    assert "cutoff" in dict(of_noisy.facts())["note"]
     assert check["peak_motor_power"][0] > 1.1 * clean["peak_motor_power"][0]
 
 

@@ -9,6 +9,7 @@ import pytest
 from tendon_cli.suit_fit.misfit import kernels_of
 from tendon_cli.suit_fit.parameters import usual_inertia
 from tendon_cli.suit_fit.patterns import fast_note
+from tests.suit_fit.conftest import TRUTH as STATED
 
 NORMAL = 1.96
 """Half the width of a 95 % interval of a normal number, in standard deviations."""
@@ -68,11 +69,19 @@ def test_a_combination_says_its_value_and_its_deviation_as_a_share(fit):
 
 def test_every_head_of_the_text_stands_once_if_there_is_something_to_say(fit):
     heads = [line[:11].strip() for line in fit.text.splitlines()[1:]]
-    assert heads.count("next") == bool(fit.proposals)
+    assert heads.count("helps") == bool(fit.proposals)
     assert heads.count("holds?") == heads.count("rows") == 1
     together = [line for line in fit.text.splitlines() if line.strip().startswith("together")]
     said = [line.split("together", 1)[1].strip() for line in together]
     assert said == [one.text for one in fit.combinations[: len(said)]]
+
+
+def test_the_first_line_counts_the_stated_numbers_that_the_logs_tell(fit):
+    first, *rest = fit.text.splitlines()
+    told, stated = map(int, re.search(r"determine (\d+) of (\d+) numbers", first).groups())
+    assert stated == sum(number.is_stated for number in fit.fitted) < len(fit.fitted)
+    untold = [line for line in rest if line.startswith("not told")]
+    assert told == stated - sum(key in line for key in STATED for line in untold)
 
 
 def test_the_note_on_inertia_says_the_torque_of_forearm_and_load(fit):

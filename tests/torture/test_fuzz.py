@@ -16,6 +16,7 @@ from .tools import quick_and_torture
 HERE = Path(__file__).parent
 CORPUS = HERE / "corpus"
 REACHED = re.compile(r"cov: (\d+)")
+HUNG = 3 * 3600  # seconds: no process of these takes as long on a busy machine
 
 
 def fuzzed(folder, *words, warn="error", longest=LONGEST, most=MOST_MEGABYTES):
@@ -26,7 +27,7 @@ def fuzzed(folder, *words, warn="error", longest=LONGEST, most=MOST_MEGABYTES):
         capture_output=True,
         text=True,
         errors="replace",
-        timeout=3000,
+        timeout=HUNG,
         cwd=HERE,
     )
     assert ran.returncode == 0, (

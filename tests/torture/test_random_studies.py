@@ -10,6 +10,10 @@ from .hostile.valid import Maker
 from .test_fuzz import fuzzed
 from .tools import quick_and_torture
 
+FIRST, CASES, PROCESSES = 10_000, 1_000, 4
+SHARES = [(first, CASES // PROCESSES) for first in range(FIRST, FIRST + CASES, CASES // PROCESSES)]
+"""First seed and number of cases of each process of `make torture`, which can run side by side."""
+
 SCHEMA = Path(__file__).parents[2] / "configs" / "tendon.schema.json"
 NOT_STATED = {
     "people.content",
@@ -25,7 +29,7 @@ NOT_STATED = {
 """Keys of records, of a file of statistics, which is large, and of fits to logs."""
 
 
-@pytest.mark.parametrize(("first", "cases"), quick_and_torture([(3000, 6)], [(10_000, 1_000)]))
+@pytest.mark.parametrize(("first", "cases"), quick_and_torture([(3004, 6)], [(3000, 4), *SHARES]))
 def test_valid_studies_by_chance_are_answered_and_what_is_said_of_them_is_true(
     tmp_path, first, cases
 ):

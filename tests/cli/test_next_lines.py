@@ -1,0 +1,81 @@
+"""Lines that begin with "next:" are commands that work as typed."""
+
+import shlex
+
+import pytest
+
+from tendon_cli.studies.starter import examples
+
+QUICK = ["--no-figures"]
+COMPUTED = ("sweep", "design")
+
+
+def typed(tendon, line):
+    """Type the commands of a line, and return how the last one ended.
+
+    What would compute is only looked at: `--dry-run` reads the study and its files.
+    """
+    ended = None
+    for command in line.split(" && "):
+        program, verb, *words = shlex.split(command)
+        assert program == "tendon"
+        dry = ["--dry-run"] if verb in COMPUTED else []
+        ended = tendon(verb, *words, *dry)
+        assert ended.exit == 0, (command, ended.err)
+    return ended
+
+
+def next_line(text):
+    """Return the command behind "next:"; empty if a text has none."""
+    return text.partition("next: ")[2].strip()
+
+
+@pytest.mark.parametrize("name", [*examples()])
+@pytest.mark.parametrize("file", [(), ("a folder/copy",)])
+def test_what_init_says_next_works_as_typed(tendon, workplace, name, file):
+    target = [f"{one}.{name.rpartition('.')[2]}" for one in file]
+    (workplace / "a folder").mkdir()
+    ran = tendon("init", "--from", name, *target)
+    assert ran.exit == 0, ran.err
+    line = next_line(ran.out)
+    if not line:
+        assert '[[table]] with file = "' in ran.out
+        return
+    typed(tendon, line)
+
+
+def test_a_copy_that_is_there_already_is_not_copied_again(tendon):
+    tendon("init", "--from", "suit/suit.toml")
+    ran = tendon("init", "--from", "suit_log.csv")
+    assert "init" not in next_line(ran.out)
+    typed(tendon, next_line(ran.out))
+
+
+def test_what_fit_suit_wrote_and_what_comes_next_is_said(tendon, workplace):
+    folder = workplace / "my suit"
+    folder.mkdir()
+    study = "my suit/suit.toml"
+    log = "my suit/suit_log.csv"
+    tendon("init", "--from", "suit/suit.toml", study)
+    tendon("init", "--from", "suit_log.csv", log)
+    ran = tendon("fit-suit", study, log, "--out", "fit.toml")
+    assert ran.exit == 0
+    assert "fit.toml written" in ran.err
+    ended = typed(tendon, next_line(ran.err))
+    assert "load.mass 3" in ended.out
+    again = tendon("fit-suit", study, log, "--out", "fit.toml")
+    assert "fit.toml replaced\n" in again.err
+    (folder / "other.csv").write_bytes((workplace / log).read_bytes())
+    other = tendon("fit-suit", study, "my suit/other.csv", "--out", "fit.toml")
+    assert "fit.toml replaced; before, it held the numbers of suit_log.csv" in other.err
+
+
+def test_a_sweep_of_a_fitted_suit_names_few_of_its_numbers(tendon, workplace):
+    tendon("init", "--from", "suit/suit.toml")
+    tendon("init", "--from", "suit_log.csv")
+    tendon("fit-suit", "suit.toml", "suit_log.csv", "--out", "fit.toml")
+    (workplace / "mine.toml").write_text('fitted_from = "fit.toml"\n')
+    ran = tendon("sweep", "mine.toml", *QUICK)
+    (warning,) = [line for line in ran.out.splitlines() if "middle value" in line]
+    assert len(warning) < 200
+    assert "arm.a1, arm.b1, arm.a2 and 17 more" in warning
