@@ -138,15 +138,15 @@ def unsettable_words(record: AnswerResults) -> str:
 
 
 def state_words(record: AnswerResults) -> str:
-    """Say which numbers to state if a choice cannot be set, and which values they have now."""
+    """Say which numbers at their defaults to change if a choice cannot be set, with their values."""
     decided = record["decided"]
     if decided is None or decided["can_be_set"]:
         return ""
     defaults = []
     for key, value in decided["by_default"].items():
         number = say.quantity(keys()[key].quantity, value)
-        defaults.append(f"{key} (now {number}, the default)")
-    return f"State {say.join_words(defaults)}." if defaults else ""
+        defaults.append(f"{key} (now {number}, its default)")
+    return f"Try other values of {say.join_words(defaults)}." if defaults else ""
 
 
 def _of_own_sample(record: AnswerResults) -> str:

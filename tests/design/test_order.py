@@ -327,7 +327,10 @@ def test_a_first_choice_that_cannot_be_set_is_called_that_at_once(accuracy):
             assert "State" not in first
     content = {"load": {"mass": ["0 kg", "2.05 kg"]}}
     short = " ".join(tendon.design(content, jobs=1).short.split())
-    assert "State spool.ratio (now 1, the default) and spring.stiffness (now 3 kN/m" in short
+    assert (
+        "Try other values of spool.ratio (now 1, its default) and spring.stiffness (now 3 kN/m"
+        in short
+    )
 
 
 def test_between_the_points_the_search_keeps_the_order():
