@@ -138,7 +138,7 @@ def unsettable_words(record: AnswerResults) -> str:
 
 
 def state_words(record: AnswerResults) -> str:
-    """Say which numbers at their defaults to change if a choice cannot be set, with their values."""
+    """Say which numbers have their default values, to change if a choice cannot be set."""
     decided = record["decided"]
     if decided is None or decided["can_be_set"]:
         return ""
