@@ -173,7 +173,7 @@ def meaning_of_margin(cube: Cube, *, has_lines: bool = True) -> str:
         )
     least = symbol(as_read(QUANTITIES["required_pretension"], cube.document).symbol)
     return (
-        f"Margin: {reading(cube.document)} in hand above {least}, "
+        f"Margin: how far the {reading(cube.document)} is above {least}, "
         "the smallest that leaves no slack at any elbow angle of the study. "
         f"It is exact for each design{'; lines are drawn from design to design' * has_lines}."
     )

@@ -78,7 +78,7 @@ def test_axes_and_captions_name_the_tension_that_the_study_reads(tmp_path: Path)
     assert panel.get_xlabel() == "tension in the flexor at the joint $F_{set}$ (N)"
     text = " ".join(words(figure).split())
     assert "margin $F_{set}$ − $F_{set}^{*}$ (N)" in text
-    assert "Margin: tension in the flexor at the joint in hand above $F_{set}^{*}$" in text
+    assert "Margin: how far the tension in the flexor at the joint is above $F_{set}^{*}$" in text
     assert "F₀" not in text
 
 
