@@ -4,12 +4,14 @@ import contextlib
 import io
 import math
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 import tendon_cli as tendon
+from tendon_cli import say
 from tendon_cli.answers.design_kind import DESIGN
 from tendon_cli.commands import completion, options
 from tendon_cli.errors import EXIT_NEGATIVE, InputError, UsageError
@@ -251,6 +253,22 @@ def plot(
             "a figure needs a file or a folder, not standard input",
             hint="tendon plot --arm study.toml",
         )
+    is_answer = (source / DESIGN.record).exists()
+    asks = {
+        "--table": table,
+        "--quantity": quantity,
+        "--x": x,
+        "--colour": colour,
+        "--panels": panels,
+        "--where": where,
+        "--unit": unit,
+        "--format": None if format_ == "png" else format_,
+        "--size": None if size == "page" else size,
+    }
+    if arm or between:
+        _refuse_unused(asks, "--arm" if arm else "--between")
+    elif is_answer and size != "page" and x is None and not any((table, quantity)):
+        _refuse_unused({"--size": size}, "the figures of an answer")
     if arm:
         from tendon_cli.figures.geometry import draw_geometry
 
@@ -261,7 +279,7 @@ def plot(
 
         choices, record = _choices_and_record(source)
         drawn = [draw_between_samples(choices, record, out, overwrite=overwrite)]
-    elif x is not None and (source / DESIGN.record).exists():
+    elif x is not None and is_answer:
         from tendon_cli.figures.trade_off import draw_trade_off
         from tendon_cli.studies.figures import read_size
 
@@ -279,9 +297,7 @@ def plot(
                 overwrite=overwrite,
             )
         ]
-    elif (source / DESIGN.record).exists() and not any(
-        (table, quantity, x, colour, panels, where, unit)
-    ):
+    elif is_answer and not any((table, quantity, x, colour, panels, where, unit)):
         from tendon_cli.figures.answer_figures import draw_again
 
         choices, record = _choices_and_record(source)
@@ -304,6 +320,25 @@ def plot(
         drawn = draw(table_of(source, spec, table), spec, out, overwrite=overwrite)
     written = [str(file) for file in drawn]
     print_result({"figures": written} if as_json else "\n".join(written))
+
+
+def _refuse_unused(asks: Mapping[str, object], drawn: str) -> None:
+    """Refuse options that a kind of figure has no use for.
+
+    Args:
+        asks: Options and their values, None if not given.
+        drawn: The option, or the words, that say which figure is drawn.
+
+    Raises:
+        UsageError: One is given.
+    """
+    given = [option for option, value in asks.items() if value is not None]
+    if not given:
+        return
+    hint = f"leave out {say.join_words(given)}"
+    if "--format" in given:
+        hint = "--out FILE.svg or FILE.pdf chooses the format"
+    raise UsageError(f"has no use with {drawn}", where=given[0], hint=hint)
 
 
 def _choices_and_record(source: Path) -> tuple["Cube", dict[str, Any]]:

@@ -127,3 +127,28 @@ def test_a_route_is_drawn_with_the_angle_of_the_model_or_that_of_a_setting(
     assert f"φ = {math.degrees(angle):.4g} deg" in (workplace / "arm-route.svg").read_text()
     figures(tendon(*command, "--set", "sheath.path=other.csv"))
     assert "other.csv" in (workplace / "arm-route.svg").read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [
+        (("--arm", "--size", "column"), "--size"),
+        (("--arm", "-y", "motor_torque"), "--quantity"),
+        (("--arm", "--format", "svg"), "--format"),
+        (("--between", "--size", "column"), "--size"),
+        (("--size", "column"), "--size"),
+    ],
+)
+def test_an_option_that_a_figure_has_no_use_for_is_refused(
+    tendon, workplace, write_study, words, option
+):
+    study = write_study('[load]\nmass = "5 kg"\n')
+    source = study
+    if "--arm" not in words:
+        assert tendon("design", study, "--no-figures", "--out", "answer").exit == 0
+        source = "answer"
+    ran = tendon("plot", source, *words)
+    assert ran.exit == 2
+    assert option in ran.err
+    assert "no use" in ran.err
+    assert not list(workplace.glob("*.png"))
