@@ -9,7 +9,7 @@ import typer
 
 import tendon_cli as tendon
 from tendon_cli.commands import options
-from tendon_cli.errors import UsageError
+from tendon_cli.errors import InputError, UsageError
 from tendon_cli.terminal import print_note, print_result
 
 ReadingsArgument = Annotated[
@@ -107,18 +107,23 @@ def fit_friction(
     from tendon_cli.friction.fit_report import friction_written, write_fragment, write_strokes
 
     # What stands there is read before it is replaced.
-    said = [friction_written(file, fit) for file in (plot, out, strokes) if file is not None]
+    is_refused = out is not None and fit.is_doubtful
+    files = (plot, None if is_refused else out, strokes)
+    said = [friction_written(file, fit) for file in files if file is not None]
     if plot is not None:
         from tendon_cli.figures.friction import draw
 
         draw(fit, plot, overwrite=overwrite)
-    if out is not None:
+    if out is not None and not is_refused:
         write_fragment(fit, out, overwrite=overwrite)
     if strokes is not None:
         write_strokes(fit, strokes, overwrite=overwrite)
     print_result(fit.record if as_json else fit.text)
     for line in said:
         print_note(line)
+    if is_refused and out is not None:
+        problem = f"{out.name} is not written, because the number should not be used"
+        raise InputError(problem, where="--out", hint="the first warning says why")
 
 
 def _check_outputs(

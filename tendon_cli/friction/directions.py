@@ -14,11 +14,11 @@ from tendon_cli.units import shorten
 
 _PULLED = re.compile(
     r"up(wards?)?|rais(e|ing)|rising|lift(ing)?|pull(ing|ed)?|(towards?|to) motor|loading|winding"
-    r"|weight is moving in upward direction|auf|hoch|heben|ziehen"
+    r"|reel(ing)? in|weight is moving in upward direction|auf|hoch|heben|ziehen"
 )
 _RELEASED = re.compile(
     r"down(wards?)?|lower(ing)?|falling|releas(e|ing|ed)|(towards?|to) load|towards? elbow"
-    r"|unloading|unwinding"
+    r"|unloading|unwinding|pay(ing)? out|reel(ing)? out|let(ting)? (go|out)"
     r"|weight is moving in downward direction|ab|runter|senken|nachlassen"
 )
 _RESTING = re.compile(r"(at )?rest|stop(ped)?|hold(ing)?|idle|paused?|still|none")
@@ -65,11 +65,42 @@ def stated_motion(readings: Readings) -> tuple[Integers, Mask]:
         [bool(_RESTING.fullmatch(name)) or (is_signed and name == "0") for name in names]
     )
     if way_of_name.any() and np.any((way_of_name == 0) & ~rest_of_name):
-        shown = ", ".join(shorten(str(label), 20) for label in labels[:6])
-        problem = f"direction names are mixed: {shown}"
-        hint = 'use "pull", "release" and "rest", or two other names'
-        raise InputError(problem, where=readings.source, hint=hint)
+        raise _mixed_names(readings.source, labels, way_of_name, rest_of_name)
     return way_of_name[code], rest_of_name[code]
+
+
+def unread_direction(readings: Readings) -> str:
+    """Return the header of a column that is not read, though a word in it is a direction's."""
+    header, *words = readings.unread_names or ("",)
+    names = [_tidy(word) for word in words]
+    is_direction = any(_way_of(name) or _RESTING.fullmatch(name) for name in names)
+    return header if is_direction else ""
+
+
+def _mixed_names(source: str, labels: list[str], way: Integers, rest: Mask) -> InputError:
+    """Return the error for names of which some are known and others are not.
+
+    Args:
+        source: Name of the file.
+        labels: Different names, as the file has them.
+        way: Direction by each name; 0 if it tells none.
+        rest: True for names of a motor at rest.
+    """
+    shown = [shorten(str(label), 20) for label in labels[:6]]
+    problem = f"direction names are mixed: {', '.join(shown)}"
+    kinds = {1: "pull", -1: "release", 0: "rest"}
+    read = []
+    unknown = []
+    for label, direction, is_rest in zip(shown, way.tolist(), rest.tolist(), strict=False):
+        if direction or is_rest:
+            read.append(f'"{label}" is read as {kinds[direction]}')
+        else:
+            unknown.append(f'"{label}" is unknown')
+    hint = (
+        f"{', '.join([*read, *unknown])}; use pull, release and rest,"
+        " or two names of your own and rest"
+    )
+    return InputError(problem, where=source, hint=hint)
 
 
 def _way_of(name: str) -> int:

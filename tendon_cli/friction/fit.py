@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
@@ -14,13 +15,14 @@ import pandas as pd
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import path_of
 from tendon_cli.friction.budget import FrictionUncertainty, uncertainty_of, zero_errors_of
+from tendon_cli.friction.directions import unread_direction
 from tendon_cli.friction.effects import DELAY
 from tendon_cli.friction.estimate import FrictionEstimate, estimate, why_no_limit
 from tendon_cli.friction.fit_result import DirectionFit, Fit, PlainAnswer
 from tendon_cli.friction.models import fit_model
 from tendon_cli.friction.prepare import PreparedLog, prepare
 from tendon_cli.friction.reading.readings import Floats, Readings, concatenate, read_readings
-from tendon_cli.friction.remarks import Remarks
+from tendon_cli.friction.remarks import Remarks, doubts_of
 from tendon_cli.friction.rig import (
     BendAngle,
     bend_angle_of,
@@ -30,7 +32,10 @@ from tendon_cli.friction.rig import (
 )
 from tendon_cli.friction.strokes import by_file, presliding_of, speed_of, strokes_of
 from tendon_cli.friction.usable_rows import INSIDE, PARTIAL, USED, Log
+from tendon_cli.units import counted, shorten
 
+_FAR_FROM_PLAIN = 1.0
+"""Difference from the plain answer, as a share of it, from which the two have nothing in common."""
 Name: TypeAlias = str | PathLike[str]
 _PLAUSIBLE_GAIN = math.log(1.1)
 """Log of the largest ratio of the cells' gains that calibration may leave."""
@@ -111,12 +116,14 @@ def fit_friction(
         )
         rows = _rows(readings, prepared, result, angles)
         fit = _assembled(readings, prepared, result, error, bend, rows)
+        column = unread_direction(readings)
+        _check_strokes(fit, column)
         remarks = Remarks(fit, prepared.log, result, readings.time_unit, zeros, any(are_stated))
         return replace(
             fit,
             checks=tuple(remarks.checks),
             notes=tuple(remarks.notes),
-            warnings=tuple(remarks.warnings),
+            warnings=(*doubts_of(fit, column), *remarks.warnings),
         )
 
 
@@ -161,6 +168,26 @@ def _check_resists(readings: Readings, prepared: PreparedLog, result: FrictionEs
         problem = f"friction would help the motion in one direction, unless {differ}"
         hint = "check the directions; calibrate the cells against each other with the same weight"
         raise InputError(problem, where=readings.source, hint=hint)
+
+
+def _check_strokes(fit: Fit, column: str) -> None:
+    """Refuse a log most of whose strokes are left out, if the rows show another number.
+
+    `column` may say the direction but is not read; "" if there is none.
+    """
+    if not fit.leaves_out_most or abs(fit.from_plain) < _FAR_FROM_PLAIN:
+        return
+    problem = (
+        f"only {fit.strokes} of {counted(len(fit.stroke_table), 'stroke')} found can be used,"
+        " and the rows as a whole show another coefficient"
+    )
+    hint = "rows without load may be read as strokes: cut them off, or name them rest in a column"
+    if column:
+        name = shlex.quote(column)
+        hint = (
+            f'"{shorten(column, 30)}" looks like the direction but is not read: --direction {name}'
+        )
+    raise InputError(problem, where=fit.source, hint=hint)
 
 
 def _assembled(

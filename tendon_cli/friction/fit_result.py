@@ -17,6 +17,8 @@ from tendon_cli.friction.strokes import Presliding, Speed
 from tendon_cli.friction.usable_rows import REASONS, USED
 from tendon_cli.units import counted, shorten
 
+DOUBT = "do not use this number"
+"""Beginning of the warning that stands above the number."""
 _MOST_RESIDUALS = 20
 """Number of the largest residuals that a record lists."""
 _MOST_STRETCHES = 20
@@ -185,16 +187,27 @@ class Fit(Displayed):
         answer = (
             "friction over the bend  μφ" if self.friction is None else "friction coefficient  μ"
         )
-        lines = [f"{answer} = {self.fitted:.{digits}f}"]
+        lines = [f"warning: {text}" for text in self.warnings if text.startswith(DOUBT)]
+        lines.append(f"{answer} = {self.fitted:.{digits}f}")
         lines += [f"  {name:<20}{text}" for name, text in rows]
         lines += [f"note: {text}" for text in self.notes]
-        lines += [f"warning: {text}" for text in self.warnings]
+        lines += [f"warning: {text}" for text in self.warnings if not text.startswith(DOUBT)]
         return "\n".join(lines)
 
     @property
     def strokes(self) -> int:
         """Number of strokes used."""
         return int(np.count_nonzero(self.stroke_table["used"]))
+
+    @property
+    def leaves_out_most(self) -> bool:
+        """True if fewer than half of the strokes are used."""
+        return 2 * self.strokes < len(self.stroke_table)
+
+    @property
+    def is_doubtful(self) -> bool:
+        """True if the first warning is not to use the number."""
+        return any(text.startswith(DOUBT) for text in self.warnings)
 
     @property
     def bend_angles(self) -> tuple[float, ...]:

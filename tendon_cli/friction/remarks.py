@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from dataclasses import replace
 
 import numpy as np
@@ -10,12 +11,12 @@ import numpy as np
 from tendon_cli.friction.budget import FEW, FEW_SHARE, RESOLUTION, ZEROS
 from tendon_cli.friction.effects import DELAY, ENTRY, FORCE, OFFSETS
 from tendon_cli.friction.estimate import FrictionEstimate, climbing
-from tendon_cli.friction.fit_result import Check, Fit
+from tendon_cli.friction.fit_result import DOUBT, Check, Fit
 from tendon_cli.friction.models import REFUTED
 from tendon_cli.friction.reading.header import force_factor
 from tendon_cli.friction.strokes import disagreement
-from tendon_cli.friction.usable_rows import AT_REST, NOT_POSITIVE, SATURATED, SPIKE, Log
-from tendon_cli.units import counted
+from tendon_cli.friction.usable_rows import AT_REST, NOT_POSITIVE, SATURATED, SPIKE, UNLOADED, Log
+from tendon_cli.units import counted, shorten
 
 _SHOWN = 0.5
 """Probability above which the readings show an effect."""
@@ -34,6 +35,8 @@ _MOST = {
     ),
 }
 """Largest share of rows with each fault, and words for more: the fault then selects the rest."""
+_NOTED_ZERO = 0.01
+"""Reading of a cell without load, as a share of the force, from which it is a note."""
 _GAIN_NOTE = 0.05
 """Difference of the cells' gains, as a share, from which it is a note."""
 _GAIN_WARNING = 0.20
@@ -57,6 +60,27 @@ _CLIMBS = 0.02
 settled."""
 _FEW_USED = 0.30
 """Share of rows on a limit that strokes that slip exceed."""
+
+
+def doubts_of(fit: Fit, column: str) -> list[str]:
+    """Return the one warning that comes first: what was read may not be what was measured.
+
+    Args:
+        fit: Fit.
+        column: Header of a column that may say the direction but is not read; "" if there is none.
+    """
+    reasons = []
+    if fit.leaves_out_most:
+        used = f"only {fit.strokes} of {counted(len(fit.stroke_table), 'stroke')}"
+        reasons.append(f"{used} found can be used (--plot shows them)")
+    is_bare = fit.rows["code"].isin([UNLOADED, NOT_POSITIVE]).any()
+    if column and is_bare:
+        name = f'"{shorten(column, 30)}"'
+        reasons.append(
+            f"there are rows without load, and {name}, which looks like the direction, is not read:"
+            f" give --direction {shlex.quote(column)}"
+        )
+    return [f"{DOUBT}: {'; '.join(reasons)}"] if reasons else []
 
 
 class Remarks:
@@ -252,7 +276,10 @@ class Remarks:
                 is_off = moved > _NOTED
                 known = replace(check, value=mean, standard_error=span / 2.0, found=is_off)
                 self.checks[place] = replace(known, effect_on_friction=0.0)
-        if max(moved, abs(slope) * span) <= _NOTED:
+        # Under a constant force a zero error of the load's cell passes for a gain.
+        force = float(self.fit.rows.loc[self.fit.rows["used"], end].median())
+        is_gain = abs(mean) > _NOTED_ZERO * force
+        if max(moved, abs(slope) * span) <= _NOTED and not is_gain:
             return
         unit = f" {self.fit.unit}" if self.fit.unit else ""
         zero = self.zeros[number]
@@ -262,6 +289,11 @@ class Remarks:
             text += (
                 f", which moves {self.mu} by {100.0 * moved:.1f} % unless it is taken off:"
                 f' --zero-{end} "{zero + mean:.3g}{unit}"'
+            )
+        elif is_gain:
+            text += (
+                f", {100.0 * abs(mean) / force:.1f} % of the force, which passes for a gain here:"
+                f' take it off by --zero-{end} "{zero + mean:.3g}{unit}"'
             )
         else:
             text += (

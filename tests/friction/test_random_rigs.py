@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.commands.fit_friction import fit_friction
+from tendon_cli.errors import InputError
 from tendon_cli.figures.friction import fit_page
 from tendon_cli.friction.budget import ZEROS
 
@@ -166,6 +169,63 @@ def test_rests_without_load_are_no_slack_tendon_and_a_zero_that_is_right_is_not_
     strokes = np.flatnonzero(slack["direction"] != "rest")
     slack.loc[strokes[::4], ["motor (N)", "load (N)"]] = 0.0
     assert any("slack" in text for text in tendon.fit_friction(slack, 2.5).warnings)
+
+
+def test_a_zero_of_the_load_cell_that_passes_for_a_gain_is_spoken_of() -> None:
+    log = rested(1, ends=(0.0, 0.0))
+    log["load (N)"] += 1.6
+    fit = tendon.fit_friction(log, 2.5)
+    note = next(text for text in fit.notes if "without load the load's cell" in text)
+    assert note.endswith('--zero-load "1.6 N"')
+    corrected = tendon.fit_friction(log, 2.5, zero_load="1.6 N")
+    assert abs(corrected.gain_ratio - 1.0) < 0.01 < abs(fit.gain_ratio - 1.0)
+    assert not any("--zero-load" in text for text in corrected.notes)
+
+
+@pytest.mark.parametrize("column", ["phase", "direction"])
+def test_rows_without_load_read_as_strokes_give_no_number(column: str) -> None:
+    """The load's zero keeps the rests above zero, so that they seem to be strokes."""
+    noise = np.random.default_rng(1)
+    log = rested(1, ends=(0.0, 0.0)).rename(columns={"direction": column})
+    log["motor (N)"] += 0.02 * noise.standard_normal(len(log))
+    log["load (N)"] += 1.6
+    if column == "direction":
+        assert tendon.fit_friction(log, 2.5).friction == pytest.approx(0.1, rel=0.01)
+        return
+    with pytest.raises(InputError, match="only 1 of") as error:
+        tendon.fit_friction(log, 2.5)
+    assert error.value.hint.endswith("--direction phase")
+    named = tendon.fit_friction(log, 2.5, direction="phase")
+    assert named.friction == pytest.approx(0.1, rel=0.01)
+
+
+def test_a_doubtful_number_is_said_first_and_not_written(tmp_path: Path) -> None:
+    log = rested(1, ends=(0.0, 0.0)).rename(columns={"direction": "phase"})
+    fit = tendon.fit_friction(log, 2.5)
+    assert fit.text.startswith("warning: do not use this number: there are rows without load")
+    assert fit.text.count("do not use") == 1
+    source = tmp_path / "log.csv"
+    written = tmp_path / "mu.toml"
+    log.to_csv(source, index=False)
+    with pytest.raises(InputError, match="is not written"):
+        fit_friction([source], "2.5 rad", out=written)
+    assert not written.exists()
+    fit_friction([source], "2.5 rad", direction="phase", out=written)
+    assert written.exists()
+
+
+@pytest.mark.parametrize("words", [("pulling", "paying out"), ("wound", "spare")])
+def test_names_of_ones_own_stand_beside_rest(words: tuple[str, str]) -> None:
+    log = rested(1, ends=(0.0, 0.0))
+    log["direction"] = log["direction"].replace(dict(zip(("pull", "release"), words, strict=True)))
+    assert tendon.fit_friction(log, 2.5).friction == pytest.approx(0.1, rel=0.01)
+
+
+def test_mixed_names_are_told_apart() -> None:
+    log = rested(1, ends=(0.0, 0.0)).replace({"direction": {"release": "spare"}})
+    with pytest.raises(InputError, match="are mixed") as error:
+        tendon.fit_friction(log, 2.5)
+    assert '"pull" is read as pull, "rest" is read as rest, "spare" is unknown' in error.value.hint
 
 
 def test_the_figure_of_a_fit_without_a_fault_says_what_was_not_tested() -> None:

@@ -71,6 +71,8 @@ class Readings:
     files: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     """Note that names the columns that are not read, for each file that has any."""
+    unread_names: tuple[str, ...] = ()
+    """Header of a column that may say the direction but is not read, and its words; or empty."""
 
     @property
     def cells(self) -> tuple[Floats, Floats]:
@@ -206,8 +208,12 @@ def _assembled(table: Table, direction: str | None, position: str | None) -> Rea
     time = columns["time"]
     read = [first, second, moved, *columns.values()]
     notes = table.unread(read)
+    unread: tuple[str, ...] = ()
     if notes and not moved and not columns["direction"]:
-        notes[0] += _direction_hint(table, read)
+        unread = _unread_names(table, read)
+    if unread:
+        shown = f'"{shorten(unread[0], 30)}"'
+        notes[0] += f"; if {shown} says the direction, name it direction or give --direction"
     return Readings(
         rows=pd.DataFrame(rows, copy=False),
         source=table.source,
@@ -220,6 +226,7 @@ def _assembled(table: Table, direction: str | None, position: str | None) -> Rea
         motor=_motor_by_headers(first, second),
         files=(table.source,),
         notes=tuple(notes),
+        unread_names=unread,
     )
 
 
@@ -232,8 +239,8 @@ def _stated_column(table: Table, name: str | None, option: str) -> Heading | Non
     return column
 
 
-def _direction_hint(table: Table, read: list[Heading | None]) -> str:
-    """Return what to do if a column that is not read may say the direction; "" if none may.
+def _unread_names(table: Table, read: list[Heading | None]) -> tuple[str, ...]:
+    """Return the header and the words of a column that is not read but may say the direction.
 
     Such a column has two or three different words, and one of them in every row.
     """
@@ -247,8 +254,8 @@ def _direction_hint(table: Table, read: list[Heading | None]) -> str:
             continue
         words = {str(value).strip() for value in values}
         if len(words) > 1 and all(re.search(r"[^\W\d_]{2}", word) for word in words):
-            return f"; if {column.shown} says the direction, name it direction or give --direction"
-    return ""
+            return column.header, *sorted(words)
+    return ()
 
 
 def _motor_by_headers(first: Heading, second: Heading) -> str | None:
