@@ -52,7 +52,7 @@ MAY_IMPORT = {
     "friction": BELOW_THE_ROOMS,
     "suit_fit": {"friction", *BELOW_THE_ROOMS},
     "kernel": {"model", "quantities"},
-    "space": {"model", "quantities"},
+    "space": {"model", "quantities", "units"},
     "engine": {"kernel", *BELOW_THE_ROOMS},
     "windows": {"engine", "kernel", *BELOW_THE_ROOMS},
     "proof": {"windows", "engine", "kernel", *BELOW_THE_ROOMS},

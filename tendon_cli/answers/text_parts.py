@@ -116,9 +116,8 @@ def _no_rope_fits(parts: PartsRecord) -> str:
         return ""
     wider = spool["least_ratios"][_USUAL_ROPE] * least
     return (
-        f"no {_USUAL_ROPE} rope fits, strength asks for {_at_least(least, 3)}, the"
-        f" {spool['side']}'s spool, {_length(spool['diameter'])} across, takes"
-        f" {_at_most(most)}; a spool {_at_least(wider)} across would do"
+        f"{_at_least(least, 3)} of {_USUAL_ROPE}, too thick for the {spool['side']}'s spool"
+        f" ({_length(spool['diameter'])} across; {_at_least(wider)} would do)"
     )
 
 

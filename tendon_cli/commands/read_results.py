@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import tendon_cli as tendon
-from tendon_cli import say
 from tendon_cli.answers.design_kind import DESIGN
 from tendon_cli.commands import completion, options
 from tendon_cli.errors import EXIT_NEGATIVE, InputError, UsageError
@@ -335,6 +334,8 @@ def _refuse_unused(asks: Mapping[str, object], drawn: str) -> None:
     given = [option for option, value in asks.items() if value is not None]
     if not given:
         return
+    from tendon_cli import say
+
     hint = f"leave out {say.join_words(given)}"
     if "--format" in given:
         hint = "--out FILE.svg or FILE.pdf chooses the format"

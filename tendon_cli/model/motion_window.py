@@ -48,6 +48,8 @@ _TINY = 1e-9
 _STATES_AT_ONCE = 2**16
 """States of a portion of samples."""
 _STEP = 100.0  # N; beyond the largest limit, if nothing bounds a window that is sought
+_DOUBLINGS = 16
+"""Most doublings of a window without an upper end, until a limit on the whole motion is broken."""
 
 
 def window_along(design: Design, trajectory: Trajectory, bounds: Bounds) -> Window:
@@ -437,8 +439,7 @@ class Search:
 
     def cut_to_widest(self, window: Window) -> None:
         """Cut windows to the widest interval within the limits on the whole motion, in place."""
-        last = np.where(np.isfinite(window.high), window.high, self._beyond(np.arange(self.count)))
-        samples = _spread(window.low, last)  # (N, samples), N
+        samples = _spread(window.low, self._last_of_motion(window))  # (N, samples), N
         parts = [self.excess(samples[:, part].T) for part in self.portions(0, _SAMPLES)]
         excess = np.concatenate(parts, axis=1)  # (limits, samples, N)
         codes = np.array([LIMIT_NAMES.index(limit.name) for limit in self.bounds.of_motion])
@@ -460,6 +461,21 @@ class Search:
             getattr(window, name)[cut] = ends
             getattr(window, f"{name}_by")[cut] = codes[worst]
             getattr(window, f"{name}_state")[cut] = -1
+
+    def _last_of_motion(self, window: Window) -> Array:
+        """Return the upper ends up to which limits on the whole motion are sought, (N,), N.
+
+        A window without an upper end is followed until one of these limits is broken: they may bind
+        far beyond the limits on states.
+        """
+        is_endless = np.isinf(window.high)
+        last = np.where(is_endless, self._beyond(np.arange(self.count)), window.high)
+        for _ in range(_DOUBLINGS):
+            is_kept = is_endless & (self.excess(last).max(axis=0) <= 0.0)
+            if not is_kept.any():
+                break
+            last = np.where(is_kept, window.low + 2.0 * (last - window.low), last)
+        return last
 
     def excess(self, pretension: Array) -> Array:
         """Return the excess over limits on the whole motion at pretensions, N.

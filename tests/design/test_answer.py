@@ -84,7 +84,7 @@ def test_a_pretension_suits_a_stiffer_spring_with_a_smaller_spool():
     text = " ".join(answer.text.split())
     assert text.startswith(
         "A pretension of 131.7 N works for all 4 conditions; anything from 122.1 to 173.9 N works,"
-        " ± 5.4 mm (18 %) about the middle."
+        " ± 5.3 mm (18 %) about the middle."
     )
 
 

@@ -83,7 +83,7 @@ def test_a_map_outlines_what_can_be_set_and_says_to_what_the_best_is_set(tmp_pat
         np.testing.assert_allclose(ends, np.sort(scale.edges[place : place + 2]))
     texts = [text.get_text() for text in page.figure.findobj(Text)]
     pretension = say.number(answer.record["best"]["pretension"])
-    assert any(f"set to {pretension} N" in text for text in texts)
+    assert any(f": F₀ = {pretension} N" in text for text in texts)
     assert sum("mm (" in text for text in texts) == choices["feasible"].sum()
 
 

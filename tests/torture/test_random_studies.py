@@ -10,7 +10,9 @@ from .hostile.valid import Maker
 from .test_fuzz import fuzzed
 from .tools import quick_and_torture
 
-FIRST, CASES, PROCESSES = 10_000, 1_000, 4
+FIRST = 10_000
+CASES = 1_000
+PROCESSES = 4
 SHARES = [(first, CASES // PROCESSES) for first in range(FIRST, FIRST + CASES, CASES // PROCESSES)]
 """First seed and number of cases of each process of `make torture`, which can run side by side."""
 
