@@ -171,7 +171,7 @@ _OF_STATES = (  # columns in their order
     _result("extensor_slack", "s_e", "length", "slack length of the extensor tendon", "often"),
     _result("elbow_torque", "τ_a", "torque", "torque that the task needs at the elbow"),
     _result("motor_torque", "τ_m", "torque", "torque of the motor"),
-    _result("spool_angle", "α", "angle", "rotation of the spool from the pretensioned state", "slack"),
+    _result("spool_angle", "α", "angle", "rotation of the spool from the pretensioned state, each direction with its own zero", "slack"),
     _result("elbow_stiffness", "k", "rotational stiffness", "stiffness of the elbow with the motor held"),
     _result("flexor_moment_arm", "J", "length", "moment arm of the flexor tendon about the elbow",
             value=lambda at: at.motion.flexor_moment_arm),

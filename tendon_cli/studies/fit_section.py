@@ -57,8 +57,16 @@ class Fitting(Part):
         "other number has its own or a usual tolerance",
     )
     torque_constant: Annotated[StudyNumber | None, SingleField("torque_constant", 1e-6, 1e6)] = (
-        field_default(None, description="torque at the spool per current of the motor")
+        field_default(
+            None,
+            description="torque at the spool, behind the gear, per current of the motor: the "
+            "motor's N m/A times the gear ratio",
+        )
     )
     counts_per_turn: Annotated[StudyNumber | None, SingleField("counts_per_turn", 1.0, 1e9)] = (
-        field_default(None, description="counts of the encoders in a turn")
+        field_default(
+            None,
+            description="counts of the encoder in a turn of the spool, behind the gear: those of a "
+            "motor turn times the gear ratio",
+        )
     )

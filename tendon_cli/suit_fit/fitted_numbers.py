@@ -116,8 +116,11 @@ class Combination:
         if self.value is None or self.std is None:
             return self.name
         unit = "" if self.unit == "1" else f" {self.unit}"
-        share = say.percent(self.std / abs(self.value)) if self.value else ""
-        return f"{self.name} {say.number(self.value, 3)}{unit} ± {share}"
+        known = f"known best: {self.name} = {say.number(self.value, 3)}{unit}"
+        if not self.value:
+            return known
+        share = say.number(100.0 * self.std / abs(self.value), 1)
+        return f"{known}, to within {share} % (one standard deviation)"
 
 
 def fitted_numbers(estimate: SuitEstimate) -> list[FittedNumber]:
@@ -297,9 +300,19 @@ def _pairs(
         name = f"{one} rises as {other} falls"
         if strength > 0.0:
             name = f"{one} and {other} rise together"
+        if all(number.key.startswith("load ") for number in both):
+            name = (
+                f"an error in the {_mass(both[0].key)} load and one in the {_mass(both[1].key)}"
+                " load cannot be told apart"
+            )
         found.append((abs(strength), Combination(tuple(sorted(members)), name, None, None, "1")))
     found.sort(key=lambda pair: -pair[0])
     return [combination for _, combination in found[:_MOST_PAIRS]]
+
+
+def _mass(key: str) -> str:
+    """Return the stated mass of a load that the logs name, "2 kg" of "load 2 kg"."""
+    return key.removeprefix("load ")
 
 
 def _short(key: str) -> str:

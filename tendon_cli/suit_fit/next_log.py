@@ -21,6 +21,7 @@ from tendon_cli.suit_fit import parameters as names
 from tendon_cli.suit_fit.fitted_numbers import FittedNumber
 from tendon_cli.suit_fit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE
 from tendon_cli.suit_fit.misfit import kernels_of, lower_factor
+from tendon_cli.suit_fit.parameters import LOAD
 from tendon_cli.suit_fit.suit_estimate import SuitEstimate, whiten
 from tendon_cli.suit_fit.suit_log import Floats
 from tendon_cli.suit_fit.suit_model import SuitModel
@@ -133,8 +134,11 @@ class FittedWindow:
         if len(self.loads) > 1:
             loads = f"{say.number(self.loads[0], 3)} to {say.number(self.loads[-1], 3)} kg"
         keeps = f"keeps both tendons taut and the elbow stable with {loads} in the hand"
+        only = ""
+        if min(self.loads) > 0.0:
+            only = f"; only for {loads}: an empty hand was not judged; add 0 kg to load.mass"
         if not self.low <= self.high:
-            return f"no pretension {keeps}"
+            return f"no pretension {keeps}{only}"
         span = f"{say.number(self.low, 3)} N to {say.number(self.high, 3)} N"
         if math.isinf(self.high):
             span = f"{say.number(self.low, 3)} N or more"
@@ -144,7 +148,7 @@ class FittedWindow:
         if self.margin < 0.0:
             way = "low" if self.pretension < self.low else "high"
             where = f"the fitted {value} N is {away} too {way}"
-        return f"a pretension of {span} {keeps}; {where}"
+        return f"a pretension of {span} {keeps}; {where}{only}"
 
 
 def _finite(value: float) -> float | None:
@@ -158,13 +162,19 @@ def loads_of_logs(estimate: SuitEstimate) -> Floats:
     return np.unique(np.where(np.isnan(estimate.parts.load), of_study, estimate.parts.load))
 
 
+def loads_judged(estimate: SuitEstimate) -> Floats:
+    """Return the different loads of the logs and of the study, which the window must suit, kg."""
+    of_study = estimate.model.study.numbers[LOAD].array
+    return np.union1d(loads_of_logs(estimate), of_study)
+
+
 def fitted_window(estimate: SuitEstimate, numbers: Sequence[FittedNumber]) -> FittedWindow | None:
     """Return the window of the fitted suit; None if the fit has no pretension."""
     model = estimate.model
     if PRETENSION not in model.places:
         return None
     fitted = numbers[model.places[PRETENSION]].value
-    loads = loads_of_logs(estimate)
+    loads = loads_judged(estimate)
     sets = _stepped(estimate)
     ends = window_ends(model, sets, loads)
     low, high = (float(end) for end in ends[0])
@@ -193,7 +203,7 @@ def proposals(estimate: SuitEstimate) -> list[Proposal]:
     """Return further measurements that would narrow the window, the best first."""
     model = estimate.model
     loads = loads_of_logs(estimate)
-    ends = window_ends(model, _stepped(estimate), loads)
+    ends = window_ends(model, _stepped(estimate), loads_judged(estimate))
     slopes = (ends[1:] - ends[0]) / _STEP  # (parameters, ends)
     slopes = slopes[:, np.all(np.isfinite(slopes), axis=0)]
     if not slopes.size:

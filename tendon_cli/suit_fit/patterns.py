@@ -275,9 +275,15 @@ def _sensor_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
             )
     play = by_key.get(names.BACKLASH)
     if play is not None and abs(play.value) > max(_PLAY, 3.0 * play.std):
+        cause = ": there is backlash"
+        if play.value < 0.0:
+            cause = (
+                "; backlash cannot be negative: is one clock late, or are the two directions"
+                " zeroed separately?"
+            )
         found.append(
-            f"the spool differs by {abs(math.degrees(play.value)):.2g} deg between the directions"
-            " beyond what stretch explains, which the fit allows for: there is backlash"
+            f"the spool differs by {say.number(math.degrees(play.value), 2)} deg between the"
+            f" directions beyond what stretch explains, which the fit allows for{cause}"
         )
     found += _torque_warnings(numbers)
     gear = by_key.get(names.GEAR_FRICTION)

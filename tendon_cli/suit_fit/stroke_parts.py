@@ -47,7 +47,7 @@ _SHAPE_DEGREE = 9
 
 REASONS = (
     "",
-    "about a turn, while the sheath turns",
+    "near a reversal, while friction changes direction along the sheath",
     "at rest",
     "in a short stroke",
     "slack",

@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.suit_fit.next_log import window_ends
 
 from .conftest import STUDY
 from .test_fit_suit import ANGLE, SPOOL, TORQUE, changed
@@ -174,3 +175,22 @@ def test_the_fit_says_whether_its_pretension_lies_in_the_window(fit):
         tables["tendon"]["pretension"] = f"{pretension!r} N"
         run = tendon.sweep(tables)
         assert (run.record["feasible"] == 3) == holds, pretension
+
+
+@pytest.mark.parametrize(
+    ("stated", "judged", "warned"),
+    [(["0 kg", "4 kg"], (0.0, 4.0), False), ("4 kg", (4.0,), True), (None, (0.0, 4.0), False)],
+)
+def test_the_window_is_judged_for_the_loads_of_the_study_and_of_the_logs(
+    logs, stated, judged, warned
+):
+    """The study of a suit that was logged with a load in the hand may have it empty, too."""
+    study = STUDY if stated is None else STUDY | {"load": {"mass": stated}}
+    fit = tendon.fit_suit(study, logs[2:])
+    assert fit.window.loads == judged
+    said = " ".join(fit.text.split())
+    assert ("an empty hand was not judged; add 0 kg to load.mass" in said) == warned
+    low, high = window_ends(fit.estimate.model, fit.estimate.scores[np.newaxis], np.array(judged))[
+        0
+    ]
+    assert (fit.window.low, fit.window.high) == pytest.approx((low, high))

@@ -2,13 +2,15 @@
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from tendon_cli.suit_fit.fitted_numbers import _pairs
 from tendon_cli.suit_fit.misfit import kernels_of
-from tendon_cli.suit_fit.parameters import usual_inertia
-from tendon_cli.suit_fit.patterns import fast_note
+from tendon_cli.suit_fit.parameters import BACKLASH, usual_inertia
+from tendon_cli.suit_fit.patterns import _sensor_warnings, fast_note
 from tests.suit_fit.conftest import TRUTH as STATED
 
 NORMAL = 1.96
@@ -62,9 +64,10 @@ def test_a_combination_says_its_value_and_its_deviation_as_a_share(fit):
         if one.value is None:
             assert one.text == one.name
             continue
-        value, share = re.search(r"([\d.]+)[^±]*± ([\d.]+) %$", one.text).groups()
+        value, share = re.search(r" = ([\d.]+).*, to within ([\d.]+) % \(one", one.text).groups()
         assert float(value) == pytest.approx(one.value, rel=5e-3)
-        assert float(share) == pytest.approx(100.0 * one.std / one.value, rel=5e-3)
+        # A deviation is said to one digit.
+        assert float(share) == pytest.approx(100.0 * one.std / one.value, rel=0.34)
 
 
 def test_every_head_of_the_text_stands_once_if_there_is_something_to_say(fit):
@@ -74,6 +77,24 @@ def test_every_head_of_the_text_stands_once_if_there_is_something_to_say(fit):
     together = [line for line in fit.text.splitlines() if line.strip().startswith("together")]
     said = [line.split("together", 1)[1].strip() for line in together]
     assert said == [one.text for one in fit.combinations[: len(said)]]
+
+
+def test_errors_of_two_loads_that_move_together_are_said_as_such(fit):
+    numbers = [number for number in fit.fitted if number.key.startswith("load ")]
+    assert [number.key for number in numbers] == ["load 2 kg", "load 4 kg"]
+    estimate = SimpleNamespace(covariance=np.array([[1.0, 0.99], [0.99, 1.0]]))
+    (pair,) = _pairs(estimate, numbers, set())
+    wanted = "an error in the 2 kg load and one in the 4 kg load cannot be told apart"
+    assert pair.text == wanted
+
+
+@pytest.mark.parametrize(("degrees", "is_play"), [(0.7, True), (-0.7, False)])
+def test_a_negative_backlash_is_no_backlash(fit, degrees, is_play):
+    (play,) = (number for number in fit.fitted if number.key == BACKLASH)
+    turned = replace(play, value=np.radians(degrees), std=1e-4)
+    (warning,) = _sensor_warnings([turned])
+    assert ("there is backlash" in warning) == is_play
+    assert ("backlash cannot be negative" in warning) != is_play
 
 
 def test_the_first_line_counts_the_stated_numbers_that_the_logs_tell(fit):
