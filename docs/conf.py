@@ -43,7 +43,8 @@ html_theme = "furo"
 # Browsers draw MathML themselves; MathJax would come from the network.
 html_math_renderer = "mathml"
 html_title = f"tendon {__version__}"
-html_static_path = []
+html_static_path = ["_static"]
+html_css_files = ["phone.css"]
 html_show_sphinx = False
 html_show_search_summary = False  # a browser does not let a page of a folder read its neighbours
 # Otherwise "--reversal" and quotes in a copied command would become typographic signs.
