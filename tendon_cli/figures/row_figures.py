@@ -109,7 +109,7 @@ def _draw_by_name(
     unknown = np.isnan(low)
     panel.plot(places[unknown], 0.0 * places[unknown], color=FAINT, marker="x", linestyle="")
     if chosen["feasible"] and not chosen["refined"]:
-        place = names.index(_join(value_of(chosen, axis.column) for axis in axes))
+        place = names.index(_joined(cube, {axis: value_of(chosen, axis.column) for axis in axes}))
         best: dict[str, Any] = {"marker": "*", "color": INK, "markersize": 9, "zorder": 5}
         panel.plot([place], [chosen["pretension"] or np.nan], **best)
     panel.set_xticks(places, texts, rotation=90 if is_crowded else 0)
@@ -145,16 +145,15 @@ def _name_of(cube: Cube, axes: Sequence[Axis], row: int) -> str:
     """Return the name of a choice by its values on the axes that vary: "S5, M12"."""
     places = np.unravel_index(row, [len(axis) for axis in cube.axes])
     of_axis = dict(zip((axis.column for axis in cube.axes), places, strict=True))
-    values = []
-    for axis in axes:
-        value = axis.values[int(of_axis[axis.column])]
-        values.append(str(value) if axis.is_text else value_text(cube, axis, value))
-    return _join(values)
+    return _joined(cube, {axis: axis.values[int(of_axis[axis.column])] for axis in axes})
 
 
-def _join(values: Iterable[object]) -> str:
-    """Join the values that name a choice."""
-    return ", ".join(map(str, values))
+def _joined(cube: Cube, values: Mapping[Axis, Any]) -> str:
+    """Join the values of a choice, by axis, into its name."""
+    return ", ".join(
+        str(value) if axis.is_text else value_text(cube, axis, value)
+        for axis, value in values.items()
+    )
 
 
 # --- Points over each number ----------------------------------------------------------------------
