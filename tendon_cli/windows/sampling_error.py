@@ -20,6 +20,12 @@ from tendon_cli.windows.solver import Solver
 
 _DENSER = 16
 """Factor by which samples are made denser to estimate the error of an end."""
+_DENSER_IN_TIME = (12, 17)
+"""More such factors along a trajectory.
+
+Where a tendon turns for a moment, the work that samples find jumps from one factor to the next, and
+with it the end of the window.
+"""
 _MOST_NEAR = 16
 """Most conditions at each end for which its error is estimated: the tightest."""
 _MOST_SAMPLES = 2**16
@@ -39,7 +45,8 @@ def estimate_error(solver: Solver, choice: Solutions, ends: Ends) -> float | Non
 
     Ends that limits on the whole motion set are sampled, and all ends along a trajectory. The
     estimate is the amount by which samples sixteen times as dense narrow the window, plus a share
-    of the largest error of samples with the original step, displaced by parts of it.
+    of the largest error of samples with the original step, displaced by parts of it. Along a
+    trajectory it is the largest amount by which samples of three densities narrow the window.
 
     Args:
         solver: Solver of the question.
@@ -74,7 +81,8 @@ def estimate_error(solver: Solver, choice: Solutions, ends: Ends) -> float | Non
         ends_over = _ends_over_times(question, design, trajectory)
         places = trajectory.time
     displaced, finest = _displaced_samples(places)
-    tightest = ends_over(finest)
+    dense = [finest] if trajectory is None else [finest, *_evenly_denser(places)]
+    tightest = np.max([ends_over(samples) for samples in dense], axis=0)
     with np.errstate(invalid="ignore"):
         errors = [
             np.nan_to_num(tightest - ends_over(samples), nan=0.0, posinf=np.inf)
@@ -107,6 +115,12 @@ def _displaced_samples(places: Array) -> tuple[list[Array], Array]:
     near_ends = step * 2.0 ** (-0.5 * np.arange(1, 2 * _DENSER))
     finest = np.unique(np.concatenate([*displaced, first + near_ends, last - near_ends]))
     return displaced, finest
+
+
+def _evenly_denser(places: Array) -> list[Array]:
+    """Return evenly spaced times, s, of the factors in `_DENSER_IN_TIME`."""
+    steps = len(places) - 1
+    return [np.linspace(places[0], places[-1], factor * steps + 1) for factor in _DENSER_IN_TIME]
 
 
 def _ends_over_angles(

@@ -143,6 +143,19 @@ def test_a_limit_has_one_colour_in_all_figures(tmp_path: Path) -> None:
     assert "no window: the lower limit is above" in first
 
 
+def test_rows_beside_a_list_are_named_by_both(tmp_path: Path) -> None:
+    beside = {
+        "table": [{"name": "prototype", "rows": ROWS[:2]}],
+        "sheath": {"friction": [0.05, 0.07]},
+    }
+    (panel,) = _rows_figure(tmp_path / "beside", beside).axes
+    names = [label.get_text() for label in panel.get_xticklabels()]
+    assert len(set(names)) == 4
+    assert all(name.endswith(("0.05", "0.07")) for name in names)
+    (star,) = [line for line in panel.get_lines() if line.get_marker() == "*"]
+    assert 0 <= star.get_xdata()[0] < 4
+
+
 def test_colours_of_limits_differ_whichever_are_drawn() -> None:
     others = ["max_backlash", "max_pretension", "min_spring_room"]
     for named in ([], ["extensor slack"], list(COLOUR_OF_LIMIT)[:5]):
