@@ -163,11 +163,12 @@ def place_text(where: Record, cube: Cube) -> str:
     words = []
     for column, value in where.items():
         if isinstance(value, str):
-            words.append(f"{column} {value}")
-            continue
-        quantity = QUANTITIES.get(column)
-        shown = ColumnLabel.of(column, quantity) if quantity else cube.shown(column)
-        words.append(f"{column} {shown.text(float(value))}")
+            text = value
+        else:
+            quantity = QUANTITIES.get(column)
+            shown = ColumnLabel.of(column, quantity) if quantity else cube.shown(column)
+            text = shown.text(float(value))
+        words.append(text if text.startswith(f"{column} ") else f"{column} {text}")
     return ", ".join(words) or "the only row"
 
 

@@ -468,7 +468,7 @@ def _write_tolerances(
         length = row["tolerance_length"]
         text = "no upper end"
         if length is not None:
-            text = f"± {say.quantity('tolerance_length', round(length, 6), 2)}"
+            text = f"± {say.length_to_spare(length)}"
         if rows:
             parts = ", ".join(str(value_of(row, axis.column)) for axis in rows)
             text = f"{plain(parts)}: {text}"

@@ -178,6 +178,8 @@ def _hint_at_key(path: list[str], given: str) -> str:
     """
     name = path[-1]
     known = _names_in(path[:-1])
+    if path == ["spool", "extensor_radius"]:
+        return "the extensor's radius is spool.ratio times spool.flexor_radius: state these two"
     near = hint_at_nearest(name, known, cutoff=0.6)
     if near is not None:
         return near

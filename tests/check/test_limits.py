@@ -38,6 +38,15 @@ def test_every_broken_design_is_counted_and_the_worst_come_first(limited):
     assert len(check(limited, worst=3).record["breaches"]) == 3
 
 
+def test_a_draw_is_named_once(tmp_path):
+    drawn = {"uncertainty": {"draws": 8}, "sheath": {"friction": "0.07 +/- 0.01"}}
+    folder = swept(tmp_path / "drawn", tendon={"pretension": "20 N"}, **drawn)
+    lines = check(folder).text.splitlines()
+    named = [line for line in lines if line.startswith("  design ")]
+    assert named
+    assert all(line.count("draw ") == 1 for line in named)
+
+
 BADNESS = {
     "max_tension": lambda states: states.filter(like="tension_").max(axis=1),
     "peak_motor_torque": lambda states: states["motor_torque"].abs(),

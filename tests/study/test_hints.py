@@ -44,6 +44,11 @@ def test_a_name_means_one_that_ends_in_its_noun_before_one_that_only_has_it():
     assert hint == 'did you mean "peak_motor_torque"?'
 
 
+def test_the_radius_of_the_extensor_is_told_by_the_ratio():
+    hint = fault_of({"spool": {"extensor_radius": "30 mm"}}).hint
+    assert "spool.ratio times spool.flexor_radius" in hint
+
+
 def test_an_interval_with_equal_ends_is_told_the_one_value():
     fault = fault_of({"arm": {"b1": {"from": 0.07, "to": 0.07}}})
     assert fault.hint == 'write "0.07 m" for this one value'
