@@ -392,13 +392,16 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> Page 
     """Draw the choices that have a window over the first two goals, and the front.
 
     Returns:
-        The page; None if there are fewer than two goals, or no front.
+        The page; None if there are fewer than two goals, or nothing on the front to draw.
     """
     goals = record["goals"][:2]
     best = record["best"]
     if len(goals) < 2 or best is None or not record["front"] or cube.table is None:
         return None
     names = [goal["column"] for goal in goals]
+    on_front = [row for row in record["front"] if _has_numbers(row, names)]
+    if not on_front:
+        return None
     shown = [cube.shown(name) for name in names]
     ends = ["pretension_from", "pretension_to", "tolerance_length"]
     wanted = [*dict.fromkeys([*names, *ends, "feasible"])]
@@ -407,7 +410,7 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> Page 
     high = np.where(np.isnan(values["pretension_to"]), np.inf, values["pretension_to"])
     length = np.where(np.isinf(high), np.inf, values["tolerance_length"])
     settable = is_settable(record, length, 0.5 * (high - values["pretension_from"]))
-    front = np.array(sorted([value_of(row, name) for name in names] for row in record["front"])).T
+    front = np.array(sorted([value_of(row, name) for name in names] for row in on_front)).T
     rows = [axis for axis in long_axes(cube) if is_of_rows(axis)]
     key = [
         Line2D([], [], **_NOT_SETTABLE, label="choice with a window"),
@@ -420,9 +423,15 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> Page 
             linestyle="" if rows else "-",
             label="Pareto front: none is as good in all goals and better in one",
         ),
-        star(label=f"best compromise: {set_text(cube, best)}"),
     ]
+    is_best_drawn = _has_numbers(best, names)
+    if is_best_drawn:
+        key.append(star(label=f"best compromise: {set_text(cube, best)}"))
     notes = []
+    endless = len(record["front"]) - len(on_front)
+    if endless:
+        counted = say.counted(endless, "choice")
+        notes.append(f"Not drawn: {counted} of the front whose window has no upper end.")
     if len(record["goals"]) > 2:
         notes.append("The front is one of more goals than the two drawn.")
     if cube.table.rows > _MOST_POINTS:
@@ -444,16 +453,25 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> Page 
     draw(list(front), color=OKABE_ITO[1], marker="o", linestyle=joined)
     if rows:
         panel.margins(y=0.1)
-    if len(record["front"]) <= _MOST_TOLD:
-        _write_tolerances(panel, record["front"], names, shown, rows)
+    if len(on_front) <= _MOST_TOLD:
+        _write_tolerances(panel, on_front, names, shown, rows)
     compromise: dict[str, Any] = {"color": INK, "markersize": 11, "markeredgecolor": "white"}
-    draw([value_of(best, name) for name in names], marker="*", zorder=5, **compromise)
+    if is_best_drawn:
+        draw([value_of(best, name) for name in names], marker="*", zorder=5, **compromise)
     labels = [
         f"{quantity.label}, the {'more' if goal['maximise'] else 'less'} the better"
         for quantity, goal in zip(shown, goals, strict=True)
     ]
     panel.set(xlabel=broken(labels[0], 60), ylabel=broken(labels[1], 40))
     return page
+
+
+def _has_numbers(choice: ChoiceRecord, names: Sequence[str]) -> bool:
+    """Return True if a choice has a number in all of some columns.
+
+    The tolerance of a window without an upper end is null.
+    """
+    return all(value_of(choice, name) is not None for name in names)
 
 
 def _write_tolerances(

@@ -27,7 +27,7 @@ from tendon_cli.figures.backend import Axes, Line2D, ListedColormap, Patch, mpl
 from tendon_cli.figures.frame import Page, framed, source_of, turn_names
 from tendon_cli.figures.layout import is_of_rows
 from tendon_cli.figures.scales import Scale, axis_scale, off_default
-from tendon_cli.figures.style import INK, MM, PAGE_WIDTH, SEQUENTIAL, wrapped
+from tendon_cli.figures.style import INK, MM, PAGE_WIDTH, wrapped
 from tendon_cli.space.axis import Axis
 
 _PALE = ("#f6d9c5", "#e9e2f3", "#dcebe4", "#f7ecc8", "#e5e5e5", "#dbe7f3")
@@ -465,10 +465,9 @@ def draw_served(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page 
     percent = np.ma.masked_invalid(100.0 * part.columns["served"])
     filled = percent.filled(0.0)
     texts = [f"{share:.3g} %" for share in filled.ravel()]
-    colours = SEQUENTIAL.reversed()
     label = "served by one pretension (%)"
     starred = _starred(cube, part, chosen)
-    _draw_cells(panel, part, percent, colours, 100.0, label, texts, filled < 45.0, starred)
+    _draw_cells(panel, part, percent, _BLUES, 100.0, label, texts, filled > 55.0, starred)
     return page
 
 

@@ -173,11 +173,8 @@ def trade_off_page(
     best = record["best"]
     place_of_best = _place_of(along, best)
     if place_of_best is not None:
-        key.append(star(label="choice named first"))
-    grid = " of the grid" if any(other.is_range for other in cube.axes) else ""
-    notes = [
-        f"Window and tension are those of the choice{grid} that would be named first at each value."
-    ]
+        key.append(star(label="named first among all values"))
+    notes = [_meaning(cube, record)]
     if len(set(filter(None, along.others))) > _MOST_COLOURS:
         notes.append("The choices differ in more than colours can show.")
     page = answer_page(
@@ -206,6 +203,18 @@ def trade_off_page(
     turn_names(lower.xaxis, width - _SIDES)
     lower.set_xlabel(axis.column if along.scale.names else along.scale.label)
     return page
+
+
+def _meaning(cube: Cube, record: AnswerRecord) -> str:
+    """Say which choice is drawn at each value of the limit."""
+    grid = " of the grid" if any(axis.is_range for axis in cube.axes) else ""
+    named = "would be named first"
+    if len(record["goals"]) > 1:
+        named = "is the best compromise"
+    return (
+        f"Window and tension are those of the choice{grid} that {named} if the limit had this value"
+        " alone."
+    )
 
 
 def _name(axis: Axis) -> str:

@@ -15,7 +15,7 @@ from tendon_cli import say
 from tendon_cli.answer_record import AnswerRecord, ChoiceRecord
 from tendon_cli.cube.choice_grid import OverMotion, over_motion, pretension_name
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.labels import reading_unit, without_formulas
+from tendon_cli.cube.labels import reading_unit
 from tendon_cli.figures.backend import Axes, FigureCanvasAgg, Line2D, Patch
 from tendon_cli.figures.choice_maps import answer_page, choice_text
 from tendon_cli.figures.clear_texts import annotate_clear
@@ -57,7 +57,7 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
         for name, colour in colours.items()
     ]
     key += _key(drawn)
-    text = without_formulas(choice_text(cube, chosen))
+    text = choice_text(cube, chosen)
     title = "the window over time" if drawn.is_in_time else "the window over the angle"
     page = answer_page(cube, record, title, 92.0, key, [*drawn.texts], subtitle=text)
     panel = page.figure.subplots()

@@ -7,7 +7,7 @@ the loop.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -38,7 +38,13 @@ from tendon_cli.state_page.motion_plot import (
 )
 
 Array = npt.NDArray[np.float64]
+Curves = dict[str, tuple[Array, Array]]
+"""Speeds of a motor, rad/s, and its torques, N m, by direction; of a motion in time by ""."""
 
+_MARGIN = 0.08
+"""Room around the curves, as a share of what they span."""
+_ROOM_FOR_LIMIT = 1.12
+"""End of the view over a limit on torque or speed, as a factor."""
 _ROOM_FOR_ANGLES = 0.45
 """Room on either side of the loop for the angles at its ends, as a share of its width."""
 _POINTS = 721
@@ -108,6 +114,9 @@ def draw_motor(
             strokes[direction] = stroke_of(design, plan, direction, speed.single)
     if trajectory is not None:
         motion = MotorMotion.of(plan.moving(block))
+    limits = _limits_of(design, plan)
+    curves = _curves_of(strokes, motion)
+    view = _View.of(curves, limits)
     with house_style():
         key = [
             Line2D([], [], label=direction, **style)
@@ -116,25 +125,20 @@ def draw_motor(
         ]
         if motion is not None:
             key = motion_key(motion)
-        notes = _notes(design, plan, turns=turns)
+        notes = [*_limit_notes(view, limits)] if curves else []
+        notes += _notes(design, plan, turns=turns)
         page = framed(title, 74.0, key, notes, study=source_of_study(plan.study))
-        has_motor = bool(strokes) or motion is not None
-        count = 2 * has_motor + turns
+        count = 2 * bool(curves) + turns
         widths = [1.0] * count
         if motion is not None:
             widths[0] = 2.0
         panels = page.figure.subplots(1, count, squeeze=False, width_ratios=widths)[0]
-        limits = _limits_of(design, plan)
         if strokes:
-            curves = {
-                direction: (stroke.motor_speed, stroke.motor_torque)
-                for direction, stroke in strokes.items()
-            }
-            _draw_torque_and_speed(panels[0], curves, limits)
+            _draw_torque_and_speed(panels[0], curves, limits, view)
             _draw_loop(panels[1], strokes)
         if motion is not None:
             draw_torque_over_time(panels[0], motion, limits.get("peak_motor_torque"))
-            _draw_torque_and_speed(panels[1], {"": motion.speed_and_torque}, limits)
+            _draw_torque_and_speed(panels[1], curves, limits, view)
         if turns:
             angles, torque, follows = turn_of(state, plan)
             _draw_turn(panels[-1], angles, torque, follows)
@@ -145,6 +149,16 @@ def draw_motor(
         if motion is not None:
             panels[0].set_ylabel("torque (N m)")
     return page.of_joint(plan.study).save(path, overwrite=overwrite)
+
+
+def _curves_of(strokes: Mapping[str, Stroke], motion: MotorMotion | None) -> Curves:
+    """Return torque and speed along a motion in time, or else along both strokes."""
+    if motion is not None:
+        return {"": motion.speed_and_torque}
+    return {
+        direction: (stroke.motor_speed, stroke.motor_torque)
+        for direction, stroke in strokes.items()
+    }
 
 
 def _limits_of(design: Design, plan: Plan) -> dict[str, float]:
@@ -205,13 +219,9 @@ def turn_of(state: State, plan: Plan) -> tuple[Array, Array, dict[str, tuple[flo
 
 
 def _notes(design: Design, plan: Plan, *, turns: bool) -> list[str]:
-    """Return sentences that say what is drawn, with the limits and the loss of a cycle."""
+    """Return sentences that say what is drawn, with the loss of a cycle."""
     speed = plan.study.motion.speed
-    limits = _limits_of(design, plan)
     notes: list[str] = []
-    bounds = [f"{limits[name]:.4g} {QUANTITIES[name].unit}" for name in _LIMITS if name in limits]
-    if bounds and (speed is not None or plan.study.trajectory is not None):
-        notes.append(f"Dotted: the limits, {', '.join(bounds)}.")
     if speed is not None and len(plan.directions) == 2:
         angles = plan.elbow_angles[np.newaxis]
         loss = cycle_columns(design, angles, _BOTH_DIRECTIONS, speed.single)["friction_loss"]
@@ -230,44 +240,89 @@ def _notes(design: Design, plan: Plan, *, turns: bool) -> list[str]:
     return notes
 
 
+@dataclass(frozen=True)
+class _View:
+    """Part of the plane of speed and torque that is drawn, rad/s and N m."""
+
+    left: float
+    right: float
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, curves: Curves, limits: Mapping[str, float]) -> _View:
+        """Return a view that shows all curves, zero, and the limits on torque and speed.
+
+        Both signs of a limit are shown, so that the distance to it is seen.
+        """
+        torque, speed, _ = (limits.get(name, 0.0) for name in _LIMITS)
+        left, right = _padded([speeds for speeds, _ in curves.values()])
+        low, high = _padded([torques for _, torques in curves.values()])
+        return cls(
+            left=min(left, -_ROOM_FOR_LIMIT * speed),
+            right=max(right, _ROOM_FOR_LIMIT * speed),
+            low=min(low, -_ROOM_FOR_LIMIT * torque),
+            high=max(high, _ROOM_FOR_LIMIT * torque),
+        )
+
+    def shows_power(self, power: float) -> bool:
+        """Return True if the curve along which the motor gives a power, W, is in the view."""
+        return power < max(self.right * self.high, self.left * self.low)
+
+
+def _padded(curves: Sequence[Array]) -> tuple[float, float]:
+    """Return the ends of curves and zero, with a margin; NaN counts for nothing."""
+    values = np.concatenate([[0.0], *curves])
+    low = float(np.nanmin(values))
+    high = float(np.nanmax(values))
+    margin = _MARGIN * (high - low)
+    return low - margin, high + margin
+
+
+def _limit_notes(view: _View, limits: Mapping[str, float]) -> Iterator[str]:
+    """Say which of the motor's limits are drawn, and that one on power is out of sight."""
+    power = limits.get("peak_motor_power")
+    is_power_drawn = power is not None and view.shows_power(power)
+    drawn = [name for name in ("peak_motor_torque", "peak_motor_speed") if name in limits]
+    if is_power_drawn:
+        drawn.append("peak_motor_power")
+    if drawn:
+        bounds = [f"{limits[name]:.4g} {QUANTITIES[name].unit}" for name in drawn]
+        yield f"Dotted: the limits, {', '.join(bounds)}."
+    if power is not None and not is_power_drawn:
+        yield f"The limit on power, {power:.4g} W, lies outside what is shown."
+
+
 def _draw_torque_and_speed(
-    axes: Axes, curves: Mapping[str, tuple[Array, Array]], limits: Mapping[str, float]
+    axes: Axes, curves: Curves, limits: Mapping[str, float], view: _View
 ) -> None:
     """Draw torque against speed, with the motor's limits.
 
-    The limits widen the view, so that the distance to them is seen.
-
     Args:
         axes: The panel.
-        curves: Speeds, rad/s, and torques, N m, by direction; of a motion in time by "".
+        curves: Curves by direction.
         limits: Limits of the study.
+        view: What the panel shows.
     """
     for direction, (motor_speed, motor_torque) in curves.items():
         style = _DIRECTIONS.get(direction, MOTOR_STYLE)
         axes.plot(motor_speed, motor_torque, gid="curve", **style)
     axes.axhline(0.0, color=FAINT, linewidth=0.5)
     axes.axvline(0.0, color=FAINT, linewidth=0.5)
-    axes.margins(0.08)
     dotted = limit_style()
     torque, speed, power = (limits.get(name, 0.0) for name in _LIMITS)
-    left, right = axes.get_xlim()
-    low, high = axes.get_ylim()
-    left = min(left, -1.12 * speed)
-    right = max(right, 1.12 * speed)
-    low = min(low, -1.12 * torque)
-    high = max(high, 1.12 * torque)
-    for sign, stop in ((1.0, right), (-1.0, left)):
+    for sign, farthest in ((1.0, view.right), (-1.0, view.left)):
         if speed:
             axes.axvline(sign * speed, **dotted)
         if torque:
             axes.axhline(sign * torque, **dotted)
-        if power:
-            turning = np.linspace(sign * power / high, stop, 200)
+        if power and view.shows_power(power):
+            turning = np.linspace(sign * power / view.high, farthest, 200)
             axes.plot(turning, power / turning, **dotted)
     axes.set_title("Torque against speed")
     axes.set_xlabel("motor speed (rad/s)")
-    axes.set_xlim(left, right)
-    axes.set_ylim(low, high)
+    axes.set_xlim(view.left, view.right)
+    axes.set_ylim(view.low, view.high)
 
 
 def _turn_title(plan: Plan, block: Block) -> str:

@@ -177,7 +177,19 @@ def test_the_figure_has_the_limits_in_it(tendon, workplace, write_study):
     assert b"Torque against speed" in written
     assert b"Hysteresis" in written
     assert b"Turn from flexion at 75" in written
-    assert b"8 N m, 25 W" in written
+    assert b"8 N m, 25 W." in written
+    assert b"outside" not in written
+
+
+def test_a_limit_on_power_that_is_out_of_sight_is_not_said_to_be_dotted(
+    tendon, workplace, write_study
+):
+    write_study(study_text(direction=BOTH_DIRECTIONS))
+    far = ["--set", "limits.peak_motor_power=900 W"]
+    assert tendon("state", "study.toml", *far, "--plot", "motor.svg").exit == 0
+    written = (workplace / "motor.svg").read_text()
+    assert "Dotted: the limits, 8 N m." in written
+    assert "The limit on power, 900 W, lies outside what is shown." in written
 
 
 def test_the_motor_of_a_motion_in_time_is_drawn_over_time(tendon, workplace, write_study):

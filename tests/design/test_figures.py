@@ -97,6 +97,51 @@ def test_a_map_never_says_a_share_where_a_window_has_no_upper_end(tmp_path):
     assert not any("%" in text for text in texts)
 
 
+TOLERANCE_GOALS = {"design": {"minimise": ["max_tension"], "maximise": ["tolerance_length"]}}
+
+
+def test_a_front_without_an_upper_end_is_not_drawn_empty(tmp_path):
+    content = {**SPRINGS, **SPOOLS, **TOLERANCE_GOALS, "joint": NO_UPPER_END}
+    answer, names = drawn(content, tmp_path)
+    assert [choice["tolerance_length"] for choice in answer.record["front"]] == [None]
+    assert "front" not in names
+
+
+def test_choices_of_the_front_without_an_upper_end_are_counted(tmp_path):
+    answer, names = drawn({**SPRINGS, **SPOOLS, **TOLERANCE_GOALS}, tmp_path)
+    assert "front" in names
+    front = answer.record["front"]
+    best = answer.record["best"]
+    others = [choice for choice in front if choice["choice"] != best["choice"]]
+    assert others
+    cube = choices_of(open_table(tmp_path / "out" / "choices.parquet"))
+    for endless, has_star in ((others[0], True), (best, False)):
+        open_ended = {**endless, "tolerance_length": None}
+        rows = [open_ended if row["choice"] == endless["choice"] else row for row in front]
+        record = {**answer.record, "front": rows}
+        if not has_star:
+            record["best"] = open_ended
+        page = answer_figure("front", cube, record)
+        texts = [text.get_text() for text in page.figure.findobj(Text)]
+        assert any("1 choice of the front whose window has no upper end" in text for text in texts)
+        (panel,) = page.figure.axes
+        markers = [line.get_marker() for line in panel.lines if np.isfinite(line.get_xdata()).any()]
+        assert ("*" in markers) == has_star
+        assert any("best compromise" in text for text in texts) == has_star
+
+
+def test_both_maps_of_choices_are_darker_where_there_is_more(tmp_path):
+    people = {"people": {"count": 60}, "design": {"serve": 0.9}}
+    answer, names = drawn({**SPRINGS, **SPOOLS, **people}, tmp_path)
+    assert {"tolerance_map", "served_map"} <= names
+    cube = choices_of(open_table(tmp_path / "out" / "choices.parquet"))
+    for name in ("tolerance_map", "served_map"):
+        panel = answer_figure(name, cube, answer.record).figure.axes[0]
+        mesh = next(drawn for drawn in panel.collections if drawn.get_array().max() > 0.0)
+        colours = mesh.to_rgba(np.sort(mesh.get_array().compressed()))
+        assert (np.diff(colours[:, :3].sum(axis=1)) <= 0.0).all()
+
+
 def test_a_slice_has_every_choice_at_its_place(tmp_path):
     answer, _ = drawn({**SPRINGS, **SPOOLS}, tmp_path)
     cube = choices_of(open_table(tmp_path / "out" / "choices.parquet"))

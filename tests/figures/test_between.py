@@ -60,6 +60,18 @@ def test_the_window_is_what_the_lines_leave_at_all_angles(answer: tendon.Answer)
     assert "knee unstable" in words(figure)
 
 
+def test_a_symbol_with_an_index_is_drawn_as_a_formula() -> None:
+    content = {
+        "name": "motors",
+        "load": {"mass": "5 kg"},
+        "motion": {"speed": "60 deg/s"},
+        "limits": {"peak_motor_power": ["150 W", "200 W"]},
+    }
+    figure = tendon.design(content).plot("between")
+    assert "$P_{m}$" in words(figure)
+    assert "_" not in re.sub(r"\$[^$]*\$", "", words(figure))
+
+
 READ_AT_THE_JOINT = {
     "setting": {"read": "flexor at joint"},
     "design": {"conditions": ["load.mass"]},

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 import tendon_cli as tendon
 from tendon_cli.cube.cube import choices_of
@@ -87,8 +88,10 @@ def test_the_legend_has_a_star_only_if_it_is_drawn(answer, trade_off):
         page = trade_off_page(cube, record, trade_off, trade_off["column"])
         stars = [line for axes in page.figure.axes for line in axes.lines]
         assert any(line.get_marker() == "*" for line in stars) == is_drawn
+        texts = " ".join(text.get_text() for text in page.figure.findobj(Text))
+        assert "would be named first if the limit had this value alone" in " ".join(texts.split())
         labels = [text.get_text() for key in page.figure.legends for text in key.get_texts()]
-        assert ("choice named first" in labels) == is_drawn
+        assert ("named first among all values" in labels) == is_drawn
 
 
 def test_no_best_window_is_narrower_with_a_looser_limit(trade_off):
