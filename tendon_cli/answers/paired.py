@@ -55,18 +55,20 @@ class PairedShares:
     """Number of members whom the second alone serves."""
     lost_members: int
     """Number of members whom the first alone serves."""
-    lost_one: LostMember | None
+    gained_one: UnservedMember | None
+    """The member whom the first misses by most of those that the second alone serves."""
+    lost_one: UnservedMember | None
     """The member whom the second misses by most of those that the first alone serves."""
 
 
 @dataclass(frozen=True)
-class LostMember:
-    """A member of a fresh sample whom the first of two suits alone serves."""
+class UnservedMember:
+    """A member of a fresh sample whom one of two suits alone serves."""
 
     numbers: dict[str, float]
     """Numbers of the member by key, SI."""
     low: float
-    """Smallest pretension of the second suit that serves the member, N; NaN if none does."""
+    """Smallest pretension of the other suit that serves the member, N; NaN if none does."""
     high: float
     """Largest one, N; infinite if nothing bounds it."""
 
@@ -97,7 +99,8 @@ def paired_shares(
         judge.judge_at(points_of(question, choice), float(choice["pretension"] or 0.0))
         for judge, question, choice in zip((first, second), questions, choices, strict=True)
     )
-    return _shares(before, now, float(choices[1]["pretension"] or 0.0))
+    pretensions = [float(choice["pretension"] or 0.0) for choice in choices]
+    return _shares(before, now, pretensions)
 
 
 def points_of(question: Question, choice: ChoiceRecord) -> Points:
@@ -138,13 +141,13 @@ def why_other_draws(first: Study, second: Study) -> str | None:
     return None
 
 
-def _shares(before: Verified, now: Verified, pretension: float) -> PairedShares:
+def _shares(before: Verified, now: Verified, pretensions: Sequence[float]) -> PairedShares:
     """Return the shares of two suits among the same members, and the interval between them.
 
     Args:
         before: Judgement on the first suit.
         now: Judgement on the second.
-        pretension: Pretension of the second, N.
+        pretensions: Pretension of each, N.
     """
     sample = before.sample
     strata = sample.strata
@@ -169,26 +172,27 @@ def _shares(before: Verified, now: Verified, pretension: float) -> PairedShares:
         kind="persons" if sample.draws_persons else "draws",
         gained_members=int(is_gained.sum()),
         lost_members=int(is_lost.sum()),
-        lost_one=_farthest(now, is_lost, pretension),
+        gained_one=_farthest(before, is_gained, pretensions[0]),
+        lost_one=_farthest(now, is_lost, pretensions[1]),
     )
 
 
-def _farthest(now: Verified, is_lost: Flags, pretension: float) -> LostMember | None:
-    """Return the member of those lost whose window lies farthest from a pretension.
+def _farthest(judged: Verified, is_meant: Flags, pretension: float) -> UnservedMember | None:
+    """Return the member, of some that are not served, whose window lies farthest from a pretension.
 
     Args:
-        now: Judgement on the suit that loses members.
-        is_lost: True for the members that are lost, (members,).
+        judged: Judgement on the suit that does not serve them.
+        is_meant: True for these members, (members,).
         pretension: Pretension of the suit, N.
     """
-    if not is_lost.any():
+    if not is_meant.any():
         return None
-    low, high = now.windows
+    low, high = judged.windows
     missing = np.fmax(low - pretension, pretension - high)  # (members,), N
     missing = np.where(np.isnan(missing), np.inf, missing)
-    member = int(np.argmax(np.where(is_lost, missing, -np.inf)))
-    numbers = now.sample.axis.numbers
-    return LostMember(
+    member = int(np.argmax(np.where(is_meant, missing, -np.inf)))
+    numbers = judged.sample.axis.numbers
+    return UnservedMember(
         {key: float(values[member]) for key, values in numbers.items()},
         float(low[member]),
         float(high[member]),

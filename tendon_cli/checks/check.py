@@ -6,12 +6,12 @@ The result lists the designs that are not, by how much, and in which state.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from tendon_cli.checks.breaches import Breach, breaches_in, columns_of
 from tendon_cli.checks.check_text import (
     NEGATIVE,
     NO_EQUILIBRIUM,
@@ -29,14 +29,9 @@ from tendon_cli.errors import InputError, UsageError
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.motor import motor_rates
-from tendon_cli.model.statics import SLACK_TOLERANCE
 from tendon_cli.model.trajectory import Trajectory
-from tendon_cli.quantities import SIDES
 from tendon_cli.registry import load
 from tendon_cli.tables.schema import as_numpy
-
-Breach = dict[str, Any]
-"""A limit that a design breaks, as in the record."""
 
 
 def check(
@@ -150,67 +145,6 @@ def _check_designs(cube: Cube, worst: int) -> dict[str, Any]:
         "broken": dict(broken.most_common()),
         "holds": feasible == designs,
     }
-
-
-def columns_of(limit: str) -> list[str]:
-    """Return the column that a limit bounds, and those of flexor and extensor if there are any."""
-    column = LIMITS[limit].column
-    return [column, *(f"{column}_{side}" for side in SIDES)]
-
-
-def breaches_in(columns: Mapping[str, Array], bounds: Mapping[str, Array]) -> Iterator[Breach]:
-    """Yield every breach of a limit by a design, in SI.
-
-    Slack and no equilibrium count as limits. The value of slack is the margin of pretension. The
-    excess is a share of the bound, or for slack of the pretension needed; -inf marks limits kept.
-
-    Args:
-        columns: Columns of the designs, (designs,) each.
-        bounds: Limits by name, () or (designs,) each.
-    """
-    needed = columns["required_pretension"]
-    margin = columns["margin"]
-    is_failing = columns["feasible"] == 0.0
-    no_equilibrium = np.isnan(needed)
-    is_slack = (columns["taut"] == 0.0) & ~no_equilibrium
-    no_value = np.full(len(needed), np.nan)
-    excess = np.where(no_equilibrium, np.inf, -np.inf)
-    yield from _breaches_of(NO_EQUILIBRIUM, no_value, no_value, excess, is_failing, columns)
-    excess = np.where(is_slack, -margin / np.maximum(needed, 1e-300), -np.inf)
-    yield from _breaches_of(SLACK, margin, np.zeros_like(margin), excess, is_failing, columns)
-    for limit, bound in bounds.items():
-        scale = np.where(bound == 0.0, 1.0, np.abs(bound))
-        of_designs = np.broadcast_to(bound, needed.shape)
-        for name in columns_of(limit):
-            if name not in columns:
-                continue
-            values = columns[name]
-            with np.errstate(invalid="ignore"):  # without a bound there is no share of it
-                excess = LIMITS[limit].beyond(values, bound) / scale
-            excess = np.where(excess > SLACK_TOLERANCE, excess, -np.inf)
-            yield from _breaches_of(limit, values, of_designs, excess, is_failing, columns)
-
-
-def _breaches_of(
-    limit: str,
-    values: Array,
-    bounds: Array,
-    excess: Array,
-    is_failing: npt.NDArray[np.bool_],
-    columns: Mapping[str, Array],
-) -> Iterator[Breach]:
-    """Yield the breaches of one limit, of designs that are not feasible and have an excess."""
-    for row in np.flatnonzero(is_failing & (excess > -np.inf)):
-        yield {
-            "design": int(columns["design"][row]),
-            "limit": limit,
-            "value": float(values[row]),
-            "bound": float(bounds[row]),
-            "excess": float(excess[row]),
-            "direction": None,
-            "elbow_angle": None,
-            "time": None,
-        }
 
 
 def _with_state(breach: Breach, plan: Plan) -> Breach:

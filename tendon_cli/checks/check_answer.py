@@ -203,6 +203,7 @@ def _changed_words(before: AnswerRecord, now: AnswerRecord) -> list[str]:
     ]
     if does[0] and not does[1]:
         texts.append("it no longer keeps the limits for as many as the study demands")
+        texts += [_conflict_words(conflict["limits"]) for conflict in now["conflicts"]]
     elif does[1] and not does[0]:
         texts.append("it now keeps the limits for as many as the study demands, but did not before")
     return texts

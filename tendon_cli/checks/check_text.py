@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from tendon_cli import say
 from tendon_cli.checks.markdown import escaped
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel, number
@@ -151,6 +152,8 @@ def _change_text(change: Record, cube: Cube) -> str:
 def _flip_text(flip: Record, cube: Cube) -> str:
     """Say that a design has become feasible, or no longer is."""
     text = "feasible now, was not before" if flip["now"] else "no longer feasible"
+    if flip["limits"]:
+        text += f" ({say.join_words(flip['limits'])})"
     before = flip["margin_before"]
     now = flip["margin_now"]
     if before is not None and now is not None:

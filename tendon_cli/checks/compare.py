@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.checks.breaches import breaches_in, columns_of
 from tendon_cli.checks.check_text import WORST, CheckResult, comparison_text, finite
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube, cube_of
@@ -45,6 +47,8 @@ _MAY_DIFFER = (
 _RESULTS = frozenset({*OF_DESIGNS, *OF_CYCLES, *OF_STATES, *FLAGS})
 """Columns that are computed; the others define the design or state of a row."""
 
+Breaking = dict[str, set[int]]
+"""Rows that break each limit, by its name; slack and no equilibrium count as limits."""
 Record = dict[str, Any]
 """Change of a column, flip of a design, or the whole comparison, as in JSON."""
 
@@ -280,16 +284,49 @@ class TablePair:
         """List the designs that are feasible in only one of the runs, the worst first."""
         now, before = self.both("feasible")
         margin_now, margin_before = self.both("margin")
+        breaking_now, breaking_before = self.breaking()
         flips = []
         for row in np.flatnonzero(now != before).tolist():
+            breaking = breaking_before if now[row] else breaking_now
             flip = {
                 "where": self.where(row),
                 "now": bool(now[row]),
+                "limits": [limit for limit, rows in breaking.items() if row in rows],
                 "margin_before": finite_or_none(margin_before[row]),
                 "margin_now": finite_or_none(margin_now[row]),
             }
             flips.append(flip)
         return sorted(flips, key=_margin_change, reverse=True)
+
+    def breaking(self) -> tuple[Breaking, Breaking]:
+        """Return the common rows that break each limit of this run, and of the other one."""
+        here, there = (self._breaking(cube, place) for place, cube in enumerate(self._cubes))
+        return here, there
+
+    @property
+    def _cubes(self) -> tuple[Cube, Cube]:
+        """Both tables, in the order of `both`."""
+        return self.here, self.there
+
+    def _breaking(self, cube: Cube, place: int) -> Breaking:
+        """Return the common rows that break each limit of one of the runs.
+
+        Args:
+            cube: Designs of the run.
+            place: Place of the run in `both`.
+        """
+        names = ["feasible", "taut", "margin", "required_pretension"]
+        for limit in cube.limits:
+            names += [*columns_of(limit), *cube.columns_of_bound(limit)]
+        known = [name for name in dict.fromkeys(names) if name in cube.columns]
+        common = [name for name in known if all(name in each.columns for each in self._cubes)]
+        columns: dict[str, Any] = {name: self.both(name)[place] for name in common}
+        columns["design"] = np.arange(math.prod(self.shape))
+        found: Breaking = defaultdict(set)
+        bounds = {limit: cube.bound(limit, columns) for limit in cube.limits}
+        for breach in breaches_in(columns, bounds):
+            found[breach["limit"]].add(breach["design"])
+        return found
 
 
 def _results(cube: Cube) -> list[str]:

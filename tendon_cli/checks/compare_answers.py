@@ -23,6 +23,7 @@ from tendon_cli.answers.answer import Answer
 from tendon_cli.answers.choice_rows import choice_in_row, same_choice
 from tendon_cli.answers.paired import (
     PairedShares,
+    UnservedMember,
     paired_shares,
     unpaired_interval,
     why_other_draws,
@@ -35,12 +36,12 @@ from tendon_cli.checks.comparison_record import (
     ComparedResult,
     ComparisonRecord,
     Judgement,
-    LostRecord,
     MoveRecord,
     QuantityRecord,
+    UnservedRecord,
 )
-from tendon_cli.checks.lost_member import lost_afresh, lost_by_name
 from tendon_cli.checks.study_differences import study_differences
+from tendon_cli.checks.unserved_member import unserved_afresh, unserved_by_name
 from tendon_cli.quantities import AS_READ, QUANTITIES, in_unit_of_reading
 from tendon_cli.tables.schema import as_numpy
 from tendon_cli.units import shorten
@@ -51,6 +52,8 @@ Member: TypeAlias = tuple[Any, ...]
 """A person or a draw of an answer's own sample: its name, then all that is known of it."""
 _MOST_NAMES = 5
 """Most persons or draws that are named."""
+_MOST_REASONS = 3
+"""Most of them for whom it is said why they are not served."""
 _LONGEST_CHOICE = 28
 """Most characters of a choice in a table."""
 _SERVED = "served"
@@ -507,33 +510,36 @@ def _beside(first: ComparedAnswer, other: ComparedAnswer, pair: PairedShares | N
     return {
         "gained": moves[0],
         "lost": moves[1],
-        "lost_one": _lost_one(other, tables[1], lost, pair),
+        "why_gained": _why_unserved(
+            first, tables[0], gained, None if pair is None else pair.gained_one
+        ),
+        "why_lost": _why_unserved(other, tables[1], lost, None if pair is None else pair.lost_one),
         "paired": pair is not None,
         "margins": None,
         "broken": [],
     }
 
 
-def _lost_one(
-    other: ComparedAnswer, table: str | None, lost: list[str], pair: PairedShares | None
-) -> LostRecord | None:
-    """Return one person or draw that another answer does not serve and the first does.
+def _why_unserved(
+    one: ComparedAnswer, table: str | None, names: list[str], of_fresh: UnservedMember | None
+) -> list[UnservedRecord]:
+    """Say why an answer does not serve some persons or draws that the other one serves.
 
-    One of the answer's own sample has a name; one of a fresh sample has its numbers.
+    Those of the answer's own sample have a name; one of a fresh sample has its numbers.
 
     Args:
-        other: The other answer.
+        one: The answer that does not serve them.
         table: Its table of persons or of draws.
-        lost: Names of those of its own sample that are lost.
-        pair: The fresh sample of both answers.
+        names: Names of such members of its own sample.
+        of_fresh: Such a member of the fresh sample of both answers.
     """
-    if other.choice is None:
-        return None
-    if lost and table is not None:
-        return lost_by_name(other.answer, other.choice, table, lost[0])
-    if pair is None or pair.lost_one is None:
-        return None
-    return lost_afresh(other.answer, other.choice, pair.lost_one)
+    if one.choice is None:
+        return []
+    if names and table is not None:
+        return [
+            unserved_by_name(one.answer, one.choice, table, name) for name in names[:_MOST_REASONS]
+        ]
+    return [] if of_fresh is None else [unserved_afresh(one.answer, one.choice, of_fresh)]
 
 
 def _move(kind: str, count: int, of: int, share: float) -> MoveRecord:

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.checks.check import breaches_in, columns_of
 from tendon_cli.checks.check_text import NO_EQUILIBRIUM, SLACK, place_text
 from tendon_cli.checks.compare import TablePair
 from tendon_cli.checks.compare_answers import any_value, judge
@@ -61,9 +58,6 @@ _LIMIT_WORDS = {
     NO_EQUILIBRIUM: "a state has no equilibrium",
 }
 """Words for what counts as a limit and is none of the study."""
-
-Breaking = dict[str, set[int]]
-"""Places of the designs that break a limit, by limit."""
 
 
 def compare_runs(
@@ -263,7 +257,8 @@ def _beside(pair: TablePair | None) -> BesideFirst:
         return {
             "gained": None,
             "lost": None,
-            "lost_one": None,
+            "why_gained": [],
+            "why_lost": [],
             "paired": False,
             "margins": None,
             "broken": [],
@@ -288,7 +283,8 @@ def _beside(pair: TablePair | None) -> BesideFirst:
     return {
         "gained": moves[0],
         "lost": moves[1],
-        "lost_one": None,
+        "why_gained": [],
+        "why_lost": [],
         "paired": False,
         "margins": _margins(pair),
         "broken": _broken(pair),
@@ -326,8 +322,7 @@ def _largest(values: Array) -> float:
 
 def _broken(pair: TablePair) -> list[BrokenRecord]:
     """List the limits that designs in both runs break, those newly broken first."""
-    now = _breaking(pair, pair.here, place=0)
-    before = _breaking(pair, pair.there, place=1)
+    now, before = pair.breaking()
     records: list[BrokenRecord] = []
     limits = {**pair.there.limits, **pair.here.limits}
     for limit in dict.fromkeys((*now, *before)):
@@ -351,25 +346,3 @@ def _limit_label(limit: str, limits: Mapping[str, float | None]) -> str:
     if limit in _LIMIT_WORDS:
         return _LIMIT_WORDS[limit]
     return say.limit_words(limit, limits).broken
-
-
-def _breaking(pair: TablePair, cube: Cube, *, place: int) -> Breaking:
-    """Return the common designs that break each limit of one of the runs.
-
-    Args:
-        pair: Both runs.
-        cube: Designs of the run.
-        place: Place of the run in `TablePair.both`.
-    """
-    names = ["feasible", "taut", "margin", "required_pretension"]
-    for limit in cube.limits:
-        names += [*columns_of(limit), *cube.columns_of_bound(limit)]
-    known = [name for name in dict.fromkeys(names) if name in cube.columns]
-    common = [name for name in known if name in pair.here.columns and name in pair.there.columns]
-    columns: dict[str, Any] = {name: pair.both(name)[place] for name in common}
-    columns["design"] = np.arange(int(np.prod(pair.shape)))
-    found: Breaking = defaultdict(set)
-    bounds = {limit: cube.bound(limit, columns) for limit in cube.limits}
-    for breach in breaches_in(columns, bounds):
-        found[breach["limit"]].add(breach["design"])
-    return found

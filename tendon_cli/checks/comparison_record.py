@@ -85,13 +85,13 @@ class MoveRecord(TypedDict):
     """Number of persons, draws or designs that have a name."""
 
 
-class LostRecord(TypedDict):
-    """A person or a draw that the first answer serves and a later one does not."""
+class UnservedRecord(TypedDict):
+    """A person or a draw that one of two answers serves and the other does not."""
 
     name: str
     """Its name; of a fresh draw its numbers."""
     why: str
-    """Why the later answer does not serve it, in words."""
+    """Why the other answer does not serve it, in words."""
     command: str | None
     """Command that shows it; null if nothing that is still there can show it."""
 
@@ -135,8 +135,10 @@ class BesideFirst(TypedDict):
     """Members whom the later result alone serves; null if it cannot be told."""
     lost: MoveRecord | None
     """Members whom the first alone serves."""
-    lost_one: LostRecord | None
-    """One of the lost persons or draws, to look at; null if none is known by name or numbers."""
+    why_gained: list[UnservedRecord]
+    """At most three of those gained, and why the first does not serve them."""
+    why_lost: list[UnservedRecord]
+    """At most three of those lost, and why the later result does not serve them."""
     paired: bool
     """True if both shares are of the same members of a fresh sample, computed again for this."""
     margins: MarginRecord | None

@@ -10,10 +10,10 @@ from tendon_cli.checks.comparison_record import (
     ComparedResult,
     ComparisonRecord,
     Judgement,
-    LostRecord,
     MarginRecord,
     MoveRecord,
     QuantityRecord,
+    UnservedRecord,
 )
 from tendon_cli.checks.markdown import escaped
 from tendon_cli.quantities import AS_READ, QUANTITIES
@@ -357,27 +357,44 @@ def _people(record: ComparisonRecord, labels: Sequence[str]) -> Iterator[Block]:
         gained = _move_words(beside["gained"], "gained")
         lost = _move_words(beside["lost"], "lost")
         blocks += say.items([f"{label}: {gained}; {lost}"])
-        one = beside["lost_one"]
-        if one is not None and one["name"]:
-            blocks += _lost_words(one, beside["lost"], label)
+        for one in beside["why_gained"]:
+            who, _ = _member_words(one, beside["gained"])
+            words = f"{label} gains {who}, not served by {labels[0]}: {one['why']}."
+            blocks += say.items([words])
+        is_shown = False
+        for one in beside["why_lost"]:
+            blocks += _lost_words(one, beside["lost"], label, is_shown=is_shown)
+            is_shown = True
     if blocks:
         yield say.heading("Gained and lost")
         yield from blocks
 
 
-def _lost_words(one: LostRecord, lost: MoveRecord, label: str) -> Iterator[Block]:
-    """Say why one person or draw is lost to a result, and how to look at it."""
-    who = f"a new {lost['kind'].removesuffix('s')} with {one['name']}"
-    it = "it"
-    if lost["named"]:
-        who = one["name"]
-        it = who
+def _lost_words(
+    one: UnservedRecord, lost: MoveRecord, label: str, *, is_shown: bool
+) -> Iterator[Block]:
+    """Say why one person or draw is lost to a result, and how to look at it.
+
+    Args:
+        one: The person or draw.
+        lost: All that are lost.
+        label: Name of the result.
+        is_shown: True if the command for another one has been shown.
+    """
+    who, it = _member_words(one, lost)
     words = f"{label} loses {who}: {one['why']}."
-    if one["command"] is None:
+    if one["command"] is None or is_shown:
         yield from say.items([words])
         return
     yield from say.items([f"{words} To look at {it}:"])
     yield say.command(one["command"])
+
+
+def _member_words(one: UnservedRecord, move: MoveRecord) -> tuple[str, str]:
+    """Return the words for a person or a draw, and the word for it after that."""
+    if move["named"]:
+        return one["name"], one["name"]
+    return f"a new {move['kind'].removesuffix('s')} with {one['name']}", "it"
 
 
 def _move_words(move: MoveRecord, word: str) -> str:

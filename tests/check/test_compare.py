@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.checks.check import check
 from tendon_cli.checks.check_text import as_markdown
 from tendon_cli.checks.compare import compare, difference
 from tendon_cli.errors import UsageError
@@ -75,6 +76,12 @@ def test_a_tolerance_just_holds_and_just_fails(plain, rougher):
     assert len(tight.record["changes"]) == len(wide.record["changes"]) + 1
 
 
+def is_at(breach, place, designs):
+    """Return True if a breach is of the design with the values of a place."""
+    design = designs.loc[designs["design"] == breach["design"]].iloc[0]
+    return all(design[column] == value for column, value in place.items())
+
+
 def test_feasibility_that_flipped_is_named_design_by_design(plain, tmp_path):
     stiffer = swept(tmp_path / "stiffer", spring={"stiffness": "3.4 kN/m"})
     before = tendon.open_run(plain).designs
@@ -89,6 +96,10 @@ def test_feasibility_that_flipped_is_named_design_by_design(plain, tmp_path):
     for flip in record["flips"]:
         place = flip["where"]
         flips[place["pretension"], place["load_mass"]] = flip["now"]
+        infeasible = check(plain if flip["now"] else stiffer, worst=1000).record["breaches"]
+        broken = {breach["limit"] for breach in infeasible if is_at(breach, place, before)}
+        assert set(flip["limits"]) == broken > set()
+        assert all(limit in result.text for limit in broken)
     expected = {(row.pretension, row.load_mass): row.feasible for row in flipped.itertuples()}
     assert flips == expected
 

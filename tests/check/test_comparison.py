@@ -222,7 +222,26 @@ def test_a_lost_draw_is_named_and_its_command_shows_that_it_is_not_served(comman
     assert row["served"] == 0.0
     pretension = of(compared, "pretension")["b"]
     assert not row["pretension_from"] <= pretension <= row["pretension_to"]
-    assert compared.record["lost_one"]["command"] in compared.markdown
+    why = compared.record["why_lost"]
+    assert why[0]["command"] in compared.markdown
+    assert [one["name"] for one in why] == lost["names"][: len(why)]
+    assert len(why) == min(3, lost["count"])
+    for one in why:
+        assert f"after loses {one['name']}: {one['why']}" in " ".join(compared.text.split())
+
+
+def test_of_those_gained_it_is_said_why_the_first_does_not_serve_them():
+    before = tendon.design(DRAWN)
+    after = tendon.design(DRAWN | {"name": "after", "spool": {"ratio": 0.65}})
+    forth = tendon.compare(before, after)
+    back = tendon.compare(after, before)
+    assert forth.record["why_lost"]
+    assert [one["why"] for one in back.record["why_gained"]] == [
+        one["why"] for one in forth.record["why_lost"]
+    ]
+    one = back.record["why_gained"][0]
+    said = f"gains {one['name']}, not served by after: {one['why']}."
+    assert said in " ".join(back.text.split())
 
 
 def test_a_lost_person_is_named_and_shown_too(command, answered, tmp_path):
@@ -259,7 +278,7 @@ def test_a_new_draw_that_is_lost_can_be_designed_for_alone(command, tmp_path, mo
 def test_a_new_person_who_is_lost_has_numbers_and_a_reason(answered):
     compared = tendon.compare(answered["v1"], answered["v2"])
     assert compared.record["lost"]["named"] == 0 < compared.record["lost"]["count"]
-    one = compared.record["lost_one"]
+    (one,) = compared.record["why_lost"]
     assert " kg" in one["name"]
     assert one["command"] is None
     assert f"v2 loses a new person with {one['name']}" in " ".join(compared.text.split())
@@ -271,7 +290,8 @@ def test_draws_of_another_seed_are_not_taken_for_the_same_by_their_names(tmp_pat
     more = DRAWN | {"tendon": {"length": {"value": "1.9 m", "tolerance": "0.1 m"}}}
     for after in (other, tendon.design(more)):
         record = tendon.compare(before, after).record
-        assert record["gained"] is record["lost"] is record["lost_one"] is None
+        assert record["gained"] is record["lost"] is None
+        assert record["why_gained"] == record["why_lost"] == []
 
 
 # --- Intervals ------------------------------------------------------------------------------------

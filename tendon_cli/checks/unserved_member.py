@@ -1,4 +1,4 @@
-"""One person or draw that a later answer no longer serves: why, and the command that shows it."""
+"""One person or draw that an answer does not serve: why, and the command that shows it."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from tendon_cli import say
 from tendon_cli.answer_record import ChoiceRecord, QuestionRecord, value_of
 from tendon_cli.answers import phrases
 from tendon_cli.answers.answer import Answer
-from tendon_cli.answers.paired import LostMember
-from tendon_cli.checks.comparison_record import LostRecord
+from tendon_cli.answers.paired import UnservedMember
+from tendon_cli.checks.comparison_record import UnservedRecord
 from tendon_cli.errors import TendonError
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.axis_words import parameter
@@ -24,7 +24,7 @@ _DIGITS = 6
 """Significant digits of a number that a command sets."""
 
 
-def lost_by_name(answer: Answer, choice: ChoiceRecord, table: str, name: str) -> LostRecord:
+def unserved_by_name(answer: Answer, choice: ChoiceRecord, table: str, name: str) -> UnservedRecord:
     """Say why a person or a draw of an answer's own sample is not served, and how to look at it.
 
     Args:
@@ -77,7 +77,7 @@ def _quoted(name: str) -> str:
     return name if is_plain else f'"{name}"'
 
 
-def lost_afresh(answer: Answer, choice: ChoiceRecord, member: LostMember) -> LostRecord:
+def unserved_afresh(answer: Answer, choice: ChoiceRecord, member: UnservedMember) -> UnservedRecord:
     """Say why a member of the fresh sample is not served, and how to look at a draw.
 
     Args:
@@ -101,7 +101,7 @@ def lost_afresh(answer: Answer, choice: ChoiceRecord, member: LostMember) -> Los
     return {"name": numbers, "why": why, "command": _design_of(answer, choice, member)}
 
 
-def _design_of(answer: Answer, choice: ChoiceRecord, member: LostMember) -> str | None:
+def _design_of(answer: Answer, choice: ChoiceRecord, member: UnservedMember) -> str | None:
     """Return the command that designs for one draw at the pretension of a choice.
 
     Return None if the study's file is not where the command would find it, if a choice is not
