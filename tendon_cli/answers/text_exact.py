@@ -6,11 +6,13 @@ import math
 from collections.abc import Sequence
 
 from tendon_cli import say
-from tendon_cli.answer_record import ExactRecord, QuestionRecord
+from tendon_cli.answer_record import ChoiceRecord, ExactRecord, QuestionRecord
 from tendon_cli.studies.study import keys
 
 _MOST_NAMED = 5
 """Most numbers that are named."""
+_MOST_NAMED_IN_SHORT = 3
+"""Most numbers that are named where there is little room."""
 _MOST_MOVES = 2
 """Most numbers of which the effect is said."""
 _LEAST_MOVE = 0.05
@@ -43,19 +45,33 @@ def exact_words(question: QuestionRecord, records: Sequence[ExactRecord]) -> str
     )
 
 
-def exact_short(question: QuestionRecord, records: Sequence[ExactRecord]) -> str:
+def exact_short(
+    question: QuestionRecord, records: Sequence[ExactRecord], best: ChoiceRecord
+) -> str:
     """Say which numbers are taken as exact, and how far their errors move the window together.
 
-    "b₁, K and 6 others are taken as exact: their usual errors together move the lower end by 16 N".
-    Empty if none does.
+    "b₁, K and 6 others are taken as exact: their usual errors together move the lower end by 16 N
+    (the setting is 5.9 N above it)". Empty if none does.
+
+    Args:
+        question: The question.
+        records: Numbers, the one that moves an end most first.
+        best: The choice that is set.
     """
     named = _that_matter(records)
     if not named:
         return ""
-    moved = _together(question, named)
+    moved = _together(question, named, best)
+    symbols = _symbols(named, _MOST_NAMED_IN_SHORT)
     if len(named) == 1:
-        return f"{_symbols(named)} is taken as exact: its usual error moves {moved}"
-    return f"{_symbols(named)} are taken as exact: their usual errors together move {moved}"
+        return f"{symbols} is taken as exact: its usual error moves {moved}"
+    return f"{symbols} are taken as exact: their usual errors together move {moved}"
+
+
+def errors_reach_setting(records: Sequence[ExactRecord], best: ChoiceRecord) -> bool:
+    """Return True if the usual errors together move an end of the window as far as the setting."""
+    moved = _moved_ends(_that_matter(records))
+    return any(_distance(best, end) < together for end, together in moved.items())
 
 
 def _that_matter(records: Sequence[ExactRecord]) -> list[ExactRecord]:
@@ -63,25 +79,57 @@ def _that_matter(records: Sequence[ExactRecord]) -> list[ExactRecord]:
     return [record for record in records if _largest(record)[1] >= _LEAST_MOVE]
 
 
-def _symbols(named: Sequence[ExactRecord]) -> str:
+def _symbols(named: Sequence[ExactRecord], most: int = _MOST_NAMED) -> str:
     """List the first few numbers by their symbols, and count the others."""
-    symbols = [_symbol(record["key"]) for record in named[:_MOST_NAMED]]
-    if len(named) > _MOST_NAMED:
-        symbols.append(say.counted(len(named) - _MOST_NAMED, "other"))
+    symbols = [_symbol(record["key"]) for record in named[:most]]
+    if len(named) > most:
+        symbols.append(say.counted(len(named) - most, "other"))
     return say.join_words(symbols)
 
 
-def _together(question: QuestionRecord, named: Sequence[ExactRecord]) -> str:
-    """Say how far all errors together move each end: the root of the sum of squares."""
+def _together(
+    question: QuestionRecord, named: Sequence[ExactRecord], best: ChoiceRecord | None = None
+) -> str:
+    """Say how far all errors together move each end: the root of the sum of squares.
+
+    Args:
+        question: The question.
+        named: The numbers.
+        best: The choice that is set, to say how near the setting is to an end that moves farther.
+    """
     ends = []
-    for end, changes in (
-        ("lower", [record["moves_from"] for record in named]),
-        ("upper", [record["moves_to"] for record in named]),
-    ):
-        together = math.hypot(*(change for change in changes if change is not None))
-        if together >= _LEAST_MOVE:
-            ends.append(f"the {end} end by {say.number(together, 2)} {question['unit']}")
+    for end, together in _moved_ends(named).items():
+        if together < _LEAST_MOVE:
+            continue
+        words = f"the {end} end by {say.number(together, 2)} {question['unit']}"
+        away = _distance(best, end)
+        if away < together:
+            side = "above" if end == "lower" else "below"
+            words += f" (the setting is {say.number(away, 2)} {question['unit']} {side} it)"
+        ends.append(words)
     return say.join_words(ends)
+
+
+def _moved_ends(named: Sequence[ExactRecord]) -> dict[str, float]:
+    """Return how far all errors together move each end of the window, N."""
+    changes = {
+        "lower": [record["moves_from"] for record in named],
+        "upper": [record["moves_to"] for record in named],
+    }
+    return {
+        end: math.hypot(*(change for change in of_end if change is not None))
+        for end, of_end in changes.items()
+    }
+
+
+def _distance(best: ChoiceRecord | None, end: str) -> float:
+    """Return how far a setting lies within an end of its window, N; infinite if not known."""
+    if best is None or best["pretension"] is None:
+        return math.inf
+    limit = best["pretension_from"] if end == "lower" else best["pretension_to"]
+    if limit is None:
+        return math.inf
+    return abs(best["pretension"] - limit)
 
 
 def _symbol(key: str) -> str:

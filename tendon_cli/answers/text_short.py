@@ -25,7 +25,7 @@ from tendon_cli.answers.text_bench import (
     shortening_words,
     spread_words,
 )
-from tendon_cli.answers.text_exact import exact_short
+from tendon_cli.answers.text_exact import errors_reach_setting, exact_short
 from tendon_cli.answers.text_first import first_words, suit_words
 from tendon_cli.answers.text_order import state_words, ties_words, why_first
 from tendon_cli.answers.text_parts import short_parts
@@ -86,7 +86,7 @@ def _answer(record: AnswerResults, best: ChoiceRecord) -> Iterator[Section]:
         parts = [Clause(sums, 2)] if sums else []
         parts += [Clause(words, 3) for words in short_parts(record["parts_needed"])]
         yield Section("Parts", parts)
-    yield Section("Rests on", [*_rests_on(record)])
+    yield Section("Rests on", [*_rests_on(record, best)])
 
 
 def _why(record: AnswerResults, best: ChoiceRecord) -> Iterator[Clause]:
@@ -124,7 +124,7 @@ def _to_set(record: AnswerResults, best: ChoiceRecord, setting: SettingRecord) -
     yield Clause(other_end_words(question, best), 6)
 
 
-def _rests_on(record: AnswerResults) -> Iterator[Clause]:
+def _rests_on(record: AnswerResults, best: ChoiceRecord) -> Iterator[Clause]:
     """Yield what is proved, by whom it is judged, what is taken as exact, and the notes."""
     question = record["question"]
     population = record["population"]
@@ -139,9 +139,10 @@ def _rests_on(record: AnswerResults) -> Iterator[Clause]:
         yield Clause(f"the window{of_sample} is {proof[0].lower()}{proof[1:]}")
     if whom and not is_judged_anew:
         yield Clause(f"the choice is made and judged by the same {whom}", 2)
-    exact = exact_short(question, record["taken_as_exact"])
+    numbers = record["taken_as_exact"]
+    exact = exact_short(question, numbers, best)
     if exact:
-        yield Clause(exact, 3)
+        yield Clause(exact, 1 if errors_reach_setting(numbers, best) else 3)
     for note in record["notes"]:
         yield Clause(note, 9)
 

@@ -421,7 +421,8 @@ def show(
         data = [_as_json(row) for row in shown.to_pylist()]
         print_result({"rows": total, "units": units, "data": data})
     else:
-        print_result(rows_text(rows, shown, total, shutil.get_terminal_size().columns))
+        width = shutil.get_terminal_size().columns
+        print_result(rows_text(rows, shown, total, width, has_all=columns is not None))
 
 
 def _print_notes(table: "AnyTable") -> None:

@@ -12,7 +12,16 @@ import pyarrow as pa
 
 from tendon_cli import say
 from tendon_cli.errors import UsageError
-from tendon_cli.quantities import OF_FIGURES, QUANTITIES, SIDES, Quantity
+from tendon_cli.quantities import (
+    OF_CYCLES,
+    OF_DESIGNS,
+    OF_FIGURES,
+    OF_STATES,
+    OF_TRAJECTORIES,
+    QUANTITIES,
+    SIDES,
+    Quantity,
+)
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.filters import Condition, Filter, read_filter
 from tendon_cli.studies.study import keys
@@ -60,7 +69,8 @@ class TableColumns:
             return column
         its_keys = [key for key, field in keys().items() if field.column in self.quantities]
         hint = (
-            hint_at_nearest(name, [*self.quantities, *its_keys])
+            _hint_at_other_tables(column)
+            or hint_at_nearest(name, [*self.quantities, *its_keys])
             or f"columns: {', '.join(self.quantities)}"
         )
         raise UsageError(f'the table has no column "{shorten(name)}"', where=option, hint=hint)
@@ -115,6 +125,19 @@ class TableColumns:
             else:
                 columns[name] = read[name]
         return columns
+
+
+def _hint_at_other_tables(column: str) -> str:
+    """Say which table has a column that this one lacks; empty if none of a sweep has it."""
+    if column in OF_CYCLES:
+        return "designs of a sweep have it, if its study states motion.speed or motion.trajectory"
+    if column in OF_TRAJECTORIES:
+        return "designs of a sweep have it, if its study states motion.trajectory"
+    if column in OF_DESIGNS:
+        return "designs of a sweep have it"
+    if column in OF_STATES:
+        return "states of a sweep have it"
+    return ""
 
 
 def column_named(name: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from typing import Any
 
 import pyarrow as pa
@@ -10,25 +11,45 @@ import pyarrow as pa
 from tendon_cli import say
 from tendon_cli.cube.rows import TableRows
 
+_MOST_BLOCKS = 3
+"""Most blocks of columns below each other, unless columns are asked for by name."""
+_DETAILS = ("_condition", "_direction", "_elbow_angle", "_time")
+"""Ends of the names of columns that say where a limit binds, which are shown last."""
 
-def rows_text(rows: TableRows, shown: pa.Table, total: int, width: int) -> str:
+
+def rows_text(
+    rows: TableRows, shown: pa.Table, total: int, width: int, *, has_all: bool = False
+) -> str:
     """Return rows as a table in the units that people read; columns that do not fit come below.
+
+    Columns that have no room in three blocks are named below.
 
     Args:
         rows: Rows with their columns and units.
         shown: Rows that are shown.
         total: Number of all rows.
         width: Characters in a line.
+        has_all: True to show all columns, in their order.
     """
-    columns = [_column_text(rows, name, shown[name].to_pylist()) for name in rows.names]
+    names = list(rows.names)
+    if not has_all:
+        names.sort(key=lambda name: name.endswith(_DETAILS))
+    columns = [_column_text(rows, name, shown[name].to_pylist()) for name in names]
     lines: list[str] = []
-    while columns:
+    blocks = 0
+    while columns and (has_all or blocks < _MOST_BLOCKS):
         fitting = _fitting_columns(columns, width)
         if lines:
             lines.append("")
         lines += ["  ".join(row).rstrip() for row in zip(*columns[:fitting], strict=True)]
         columns = columns[fitting:]
-    return "\n".join([*lines, "", head_words(shown.num_rows, total)])
+        blocks += 1
+    lines += ["", head_words(shown.num_rows, total)]
+    if columns:
+        hidden = ", ".join(names[-len(columns) :])
+        words = f"{say.counted(len(columns), 'more column')}, which --columns and --csv show: "
+        lines += ["", *textwrap.wrap(f"{words}{hidden}", width, break_on_hyphens=False)]
+    return "\n".join(lines)
 
 
 def head_words(shown: int, total: int) -> str:

@@ -216,7 +216,7 @@ def draw_windows(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
     if any((part.low > part.high).any() for part in parts):
         key.append(hatch_key("no window: the lower limit lies above the upper one"))
     if chosen["feasible"]:
-        key.append(star(label="recommended pretension"))
+        key.append(star(label=f"recommended {pretension_name(cube.document)}"))
     note = (
         "The limit that sets an end of the window is written next to it. "
         "Windows of other choices may differ."

@@ -41,7 +41,7 @@ def suit_fit_page(fit: Any) -> Page:
     study = f"{MARK} {source.encode('ascii', 'replace').decode()}, SHA-256 {digest}"
     notes = [plain(f"Means over parts of {fit.estimate.strokes} strokes of {source}.")]
     notes += [f"Warning: {text}" for text in fit.warnings[:_MOST_WARNINGS]]
-    title = "Measured loops and the fitted suit's"
+    title = "What the suit's log measured, and the fitted suit"
     with house_style():
         height = _HEIGHT_OF_CHANNEL * len(channels)
         page = framed(title, height, _key(fit), notes, study=study)

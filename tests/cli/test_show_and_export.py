@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -152,6 +153,41 @@ def test_what_is_shown_fits_the_terminal_in_units_that_people_read(tendon, run, 
         lines = [line.split() for line in shown.splitlines()]
         assert (lines[0] == ["elbow_angle", "motor_torque"]) is both_fit
         assert [line[0] for line in lines[1:4]] == ["deg", "0", "10"]
+
+
+def test_a_wide_table_shows_three_blocks_and_names_the_other_columns(tendon, run, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    every = list(pd.read_parquet(run / "designs.parquet").columns)
+    shown, _, below = tendon("show", run).out.partition(" rows\n")
+    blocks = shown.split("\n\n")[:-1]
+    assert len(blocks) == 3
+    in_blocks = [name for block in blocks for name in block.splitlines()[0].split()]
+    count, names = re.fullmatch(r"(\d+) more columns?, which .* show: (.*)", said(below)).groups()
+    assert int(count) == len(names.split(", "))
+    assert sorted([*in_blocks, *names.split(", ")]) == sorted(every)
+    asked = tendon("show", run, "--columns", ",".join(every)).out
+    assert asked.split()[: len(every[:2])] == every[:2]
+    assert all(name in asked for name in every)
+    assert "more column" not in asked
+
+
+def said(text):
+    """Return a text without its line ends."""
+    return " ".join(text.split())
+
+
+@pytest.mark.parametrize(
+    ("column", "hint"),
+    [
+        ("peak_motor_power", "if its study states motion.speed or motion.trajectory"),
+        ("rms_motor_torque", "if its study states motion.trajectory"),
+        ("peak_motor_torqe", 'did you mean "peak_motor_torque"?'),
+    ],
+)
+def test_a_column_of_another_table_is_told_with_its_table(tendon, run, column, hint):
+    done = tendon("show", run, "--columns", column)
+    assert done.exit == 2
+    assert hint in done.err
 
 
 def test_a_filter_that_leaves_nothing_is_no_error(tendon, run):

@@ -166,3 +166,21 @@ def test_the_stiffness_of_the_joint_goes_with_the_volume_of_the_arm():
 def test_stiffness_with_needs_a_stiffness():
     with pytest.raises(StudyError, match=r"joint\.stiffness_with: belongs to the joint's own"):
         study_from(SUIT | {"joint": {"stiffness_with": "arm_volume"}})
+
+
+def test_a_setting_nearer_to_an_end_than_the_usual_errors_is_always_said():
+    near = answered(spring={"stiffness": "3 kN/m"}, spool={"ratio": 0.5})
+    best = near.record["best"]
+    moves = [record["moves_from"] or 0.0 for record in near.record["taken_as_exact"]]
+    away = best["pretension"] - best["pretension_from"]
+    together = np.linalg.norm(moves)
+    assert away < together
+    said = f"lower end by {together:.2g} N (the setting is {away:.2g} N above it)"
+    assert said in " ".join(near.short.split())
+    middle = answered(
+        spring={"stiffness": "8 kN/m"},
+        spool={"ratio": 0.5},
+        load={"mass": "5 kg"},
+        design={"pretension": "middle"},
+    )
+    assert "the setting is" not in middle.short
