@@ -492,6 +492,7 @@ def random_motion(rng):
     rate = rng.choice([25.0, 50.0, 100.0])
     cutoff = rng.uniform(2.0, 8.0)
     seconds = 6.1 / cutoff + rng.uniform(0.0, 3.0)
+    seconds = max(seconds, 6.01 / cutoff + 1.0 / rate)  # the last sample may lie a step before
     time = np.round(np.arange(0.0, seconds, 1.0 / rate), 6)
     sizes = rng.dirichlet(np.ones(3))
     turns = 2.0 * np.pi * rng.uniform(0.2, 1.5, 3)
