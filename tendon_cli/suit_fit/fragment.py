@@ -17,7 +17,7 @@ from tendon_cli import say
 from tendon_cli.files import begins_with, read_file, what_is_written, write_output
 from tendon_cli.suit_fit.fitted_numbers import FittedNumber
 from tendon_cli.suit_fit.next_log import loads_judged
-from tendon_cli.suit_fit.parameters import LOAD, Parameter
+from tendon_cli.suit_fit.parameters import Parameter, loads_of_study
 from tendon_cli.suit_fit.suit_result import SuitFit
 from tendon_cli.version import __version__
 
@@ -64,7 +64,7 @@ def next_command(fit: SuitFit, study: Path, settings: Sequence[str], out: Path) 
     named = os.path.relpath(out.absolute(), study.absolute().parent)
     changes = [*settings, f"fitted_from={json.dumps(named, ensure_ascii=False)}"]
     loads = loads_judged(fit.estimate)
-    if len(loads) > 1 and not fit.estimate.model.study.numbers[LOAD].is_axis:
+    if len(loads) > 1 and len(loads_of_study(fit.estimate.model.study)) == 1:
         listed = ", ".join(f'"{say.number(load, 6)} kg"' for load in loads.tolist())
         changes.append(f"load.mass=[{listed}]")
     words = ["tendon", "design", str(study)]

@@ -21,7 +21,7 @@ from tendon_cli.suit_fit import parameters as names
 from tendon_cli.suit_fit.fitted_numbers import FittedNumber
 from tendon_cli.suit_fit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE
 from tendon_cli.suit_fit.misfit import kernels_of, lower_factor
-from tendon_cli.suit_fit.parameters import LOAD
+from tendon_cli.suit_fit.parameters import loads_of_study
 from tendon_cli.suit_fit.suit_estimate import SuitEstimate, whiten
 from tendon_cli.suit_fit.suit_log import Floats
 from tendon_cli.suit_fit.suit_model import SuitModel
@@ -164,8 +164,7 @@ def loads_of_logs(estimate: SuitEstimate) -> Floats:
 
 def loads_judged(estimate: SuitEstimate) -> Floats:
     """Return the different loads of the logs and of the study, which the window must suit, kg."""
-    of_study = estimate.model.study.numbers[LOAD].array
-    return np.union1d(loads_of_logs(estimate), of_study)
+    return np.union1d(loads_of_logs(estimate), loads_of_study(estimate.model.study))
 
 
 def fitted_window(estimate: SuitEstimate, numbers: Sequence[FittedNumber]) -> FittedWindow | None:

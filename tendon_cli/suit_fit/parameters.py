@@ -138,6 +138,15 @@ def normal(middle: float, deviation: float, low: float = -math.inf) -> Uncertain
     return Uncertain("normal", middle, deviation, low, math.inf, "")
 
 
+def loads_of_study(study: Study) -> Floats:
+    """Return the loads that a study states, (loads,), kg: those of a table if one sets them."""
+    of_rows = [rows.numbers[LOAD] for rows in study.row_tables if LOAD in rows.numbers]
+    if not of_rows:
+        return study.numbers[LOAD].array
+    loads = np.unique(np.concatenate(of_rows))
+    return loads[~np.isnan(loads)]
+
+
 def numbers_of(study: Study) -> list[Parameter]:
     """Return the numbers of a study that a fit may change, those stated as uncertain first.
 
@@ -153,6 +162,12 @@ def numbers_of(study: Study) -> list[Parameter]:
         if getattr(study, table):
             hint = "leave it out, or fit a study of this suit alone"
             faults.append(Fault(table, "is about several arms, but a log is of one suit", hint))
+    for rows in study.row_tables:
+        of_suit = [key for key in rows.numbers if split_side(key)[0] in TOLERANCES and key != LOAD]
+        if of_suit and not study.cases:
+            problem = f"sets {of_suit[0]} in each row, but a log is of one suit"
+            hint = f"leave it out, and state {of_suit[0]} as this suit has it"
+            faults.append(Fault(rows.where or rows.key, problem, hint))
     if faults:
         raise StudyError(faults)
     exact = set(study.fit.exact)

@@ -13,7 +13,7 @@ from tendon_cli.errors import InputError
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.study import Study
 from tendon_cli.suit_fit.log_columns import COUNTS, ELBOW_ANGLE, MOTOR_TORQUE, SPOOL_ANGLE, TIME
-from tendon_cli.suit_fit.parameters import LOAD, range_of
+from tendon_cli.suit_fit.parameters import LOAD, loads_of_study, range_of
 from tendon_cli.suit_fit.stroke_parts import LogStroke, Parts
 from tendon_cli.suit_fit.suit_log import Floats, SuitLog
 from tendon_cli.suit_fit.suit_model import SuitModel
@@ -82,18 +82,19 @@ def note_on_load(study: Study, log: SuitLog) -> list[str]:
     """
     if log.load_mass is not None:
         return []
-    loads = study.numbers[LOAD]
+    loads = loads_of_study(study)
+    stated = study.numbers[LOAD]
     mass = QUANTITIES["load_mass"]
-    if loads.is_axis:
-        few = [say.quantity(mass, value) for value in loads.array[:6].tolist()]
+    if len(loads) > 1:
+        few = [say.quantity(mass, value) for value in loads[:6].tolist()]
         problem = f"no column of the load, and the study has several: {say.join_words(few, 'or')}"
-        hint = (
-            'add a column "load_mass (kg)", or say which load the log was taken with: --set'
-            f" 'load.mass=\"{few[-1]}\"'"
-        )
+        hint = 'add a column "load_mass (kg)"'
+        if stated.is_axis:
+            hint += ", or say which load the log was taken with: --set"
+            hint += f" 'load.mass=\"{few[-1]}\"'"
         raise InputError(problem, where=log.source, hint=hint)
-    value = say.quantity(mass, float(loads.array[0]))
-    if loads.uncertain is not None:
+    value = say.quantity(mass, float(loads[0]))
+    if stated.uncertain is not None:
         value = "one load, which is fitted"
     text = (
         f"{log.source}: no column of the load, so all of it was taken with {value}, the study's"

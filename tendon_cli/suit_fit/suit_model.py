@@ -140,8 +140,7 @@ class SuitModel:
     @property
     def load_of_study(self) -> float:
         """Mass of the study's load, kg, for a log that does not say its own."""
-        number = self.study.numbers[names.LOAD]
-        return float(number.array[0])
+        return float(names.loads_of_study(self.study)[0])
 
     def predict(self, scores: Floats, parts: Parts, channels: Sequence[str]) -> Floats:
         """Return what sensors show as means over parts of strokes.

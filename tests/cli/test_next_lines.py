@@ -70,6 +70,18 @@ def test_what_fit_suit_wrote_and_what_comes_next_is_said(tendon, workplace):
     assert "fit.toml replaced; before, it held the numbers of suit_log.csv" in other.err
 
 
+def test_what_comes_next_leaves_the_loads_of_a_table_alone(tendon, workplace):
+    tendon("init", "--from", "suit/suit.toml")
+    tendon("init", "--from", "suit_log.csv")
+    study = workplace / "suit.toml"
+    rows = '{ name = "empty", "load.mass" = "0 kg" }, { name = "full", "load.mass" = "4 kg" }'
+    study.write_text(f'{study.read_text()}\n[[table]]\nname = "task"\nrows = [{rows}]\n')
+    ran = tendon("fit-suit", "suit.toml", "suit_log.csv", "--out", "fit.toml")
+    ended = typed(tendon, next_line(ran.err))
+    assert "load.mass=" not in next_line(ran.err)
+    assert "task 2" in ended.out
+
+
 def test_a_sweep_of_a_fitted_suit_names_few_of_its_numbers(tendon, workplace):
     tendon("init", "--from", "suit/suit.toml")
     tendon("init", "--from", "suit_log.csv")

@@ -48,6 +48,22 @@ def test_a_log_that_says_its_load_may_have_a_study_of_several(fit, logs):
     )
 
 
+def test_loads_of_a_table_are_loads_of_the_study(fit, logs):
+    rows = [{"name": "empty", "load.mass": "0 kg"}, {"name": "full", "load.mass": "4 kg"}]
+    tasks = STUDY | {"table": [{"name": "task", "rows": rows}]}
+    of_tasks = tendon.fit_suit(tasks, logs)
+    assert set(of_tasks.window.loads) == {0.0, 4.0, *fit.window.loads}
+    with pytest.raises(tendon.InputError, match="several: 0 kg or 4 kg"):
+        tendon.fit_suit(tasks, changed(logs[:1], **{LOAD: None}))
+
+
+def test_a_table_of_several_suits_is_refused(logs):
+    rows = [{"name": "soft", "spring.stiffness": 5e3}, {"name": "stiff", "spring.stiffness": 9e3}]
+    suits = STUDY | {"table": [{"name": "springs", "rows": rows}]}
+    with pytest.raises(tendon.StudyError, match=r"sets spring\.stiffness .* one suit"):
+        tendon.fit_suit(suits, logs)
+
+
 def test_the_load_that_a_log_is_taken_with_is_said(logs):
     fit = tendon.fit_suit(STUDY, changed(logs[:1], **{LOAD: None}))
     assert any("taken with 0 kg, the study's load.mass" in note for note in fit.notes)
