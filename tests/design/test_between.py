@@ -569,8 +569,8 @@ def test_the_samples_of_a_trajectory_do_not_miss_more_than_is_estimated():
 
 
 def test_an_estimate_covers_an_end_that_jumps_with_the_density_of_samples():
-    """In this motion a tendon turns for a moment, which some densities see and others do not."""
-    assert check_estimates(along_trajectories(7, [47])) == 1
+    """In these motions a tendon turns for a moment, which some densities see and others do not."""
+    assert check_estimates(along_trajectories(7, [47, 1122])) == 2
 
 
 @pytest.mark.torture
