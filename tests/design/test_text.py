@@ -2,6 +2,7 @@
 
 import builtins
 import json
+import math
 import re
 import types
 import typing
@@ -211,3 +212,13 @@ def test_a_figure_says_whom_a_window_suits(record):
         assert served_words(record) == expected
     else:
         assert served_words(record) == "all conditions"
+
+
+@pytest.mark.parametrize("stiffness", [4000.0, 5000.0, 7000.0])
+def test_the_travel_of_springs_is_rounded_up_at_its_third_digit(stiffness):
+    """Springs are bought by it: more than is needed is safe, and much more is dear."""
+    answer = tendon.design({"spring": {"stiffness": stiffness}, "spool": {"ratio": 0.5}})
+    travel = answer.record["parts_needed"]["spring"]["travel"] * 1e3  # mm
+    said = float(re.search(r"springs:.* ([\d.]+) mm of travel", " ".join(answer.text.split()))[1])
+    third_digit = 10.0 ** (math.floor(math.log10(travel)) - 2)
+    assert travel <= said < travel + third_digit
