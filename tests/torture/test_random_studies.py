@@ -40,7 +40,7 @@ def test_valid_studies_by_chance_are_answered_and_what_is_said_of_them_is_true(
     words = ("valid", f"{first}:{cases}", tmp_path)
     tally, _ = fuzzed(tmp_path, *words, longest=longest, most=most)
     assert tally["cases"] == cases
-    assert tally["taken"] > 0.8 * cases, tally["refused"]
+    assert tally["taken"] >= 0.75 * cases, tally["refused"]
 
 
 def test_studies_by_chance_state_every_key_of_the_schema():
