@@ -173,7 +173,7 @@ def _draw_view(
     high = route.max(axis=0)
     middle = (low + high) / 2.0
     # All views show a stretch of the same length, so that they are to one scale.
-    reach = 0.6 * float((high - low).max())
+    reach = 0.63 * float((high - low).max())
     axes.set_xlim(middle[across] - reach, middle[across] + reach)
     axes.set_ylim(middle[up] - reach, middle[up] + reach)
 

@@ -156,3 +156,30 @@ def test_rows_that_set_a_limit_are_named_where_they_stand(tmp_path):
     assert {"M10", "M12"} <= {text.get_text() for text in upper.texts}
     with pytest.raises(UsageError, match="no trade-off along"):
         draw_trade_off(cube, answer.record, "spring_stiffness", None)
+
+
+def test_rows_that_set_more_than_a_limit_have_a_trade_off_too():
+    """A spring of a catalogue has a stiffness, and a limit on how far it may be stretched."""
+    springs = [
+        {"name": "S3", "spring.stiffness": "3 kN/m", "limits.max_spring_extension": "110 mm"},
+        {"name": "S5", "spring.stiffness": "5 kN/m", "limits.max_spring_extension": "70 mm"},
+        {"name": "S8", "spring.stiffness": "8 kN/m", "limits.max_spring_extension": "20 mm"},
+    ]
+    suit = {key: value for key, value in STUDY.items() if key != "spring"}
+    suit["spool"] = {"ratio": [0.5, 0.6]}
+    answer = tendon.design({**suit, "table": [{"name": "springs", "rows": springs}]})
+    (trade_off,) = answer.record["trade_offs"]
+    assert trade_off["values"] == ["S3", "S5", "S8"]
+    for row, best in zip(springs, trade_off["best"], strict=True):
+        alone = {
+            **suit,
+            "spring": {"stiffness": row["spring.stiffness"]},
+            "limits": {"max_spring_extension": row["limits.max_spring_extension"]},
+        }
+        named = tendon.design(alone).record["best"]
+        assert (best is None) == (named is None)
+        if best is not None:
+            for name in ("spool_ratio", "pretension_from", "pretension_to", "pretension"):
+                assert best[name] == pytest.approx(named[name], rel=1e-9)
+    assert any(trade_off["best"])
+    assert not all(trade_off["best"])

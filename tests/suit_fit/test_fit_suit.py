@@ -233,3 +233,14 @@ def test_a_study_without_a_range_has_nothing_to_fit(logs):
 def test_a_study_of_several_suits_is_refused(logs):
     with pytest.raises(tendon.StudyError, match="a log is of one suit"):
         tendon.fit_suit(STUDY | {"spring": {"stiffness": [3000, 5000]}}, logs)
+
+
+def test_further_lines_of_a_remark_begin_below_its_first(fit):
+    lines = [line for line in fit.text.splitlines() if line.startswith("  ")]
+    remarks = lines[next(at for at, line in enumerate(lines) if "  together" in line) :]
+    named = [line for line in remarks if line[2] != " "]
+    further = [line for line in remarks if line[2] == " "]
+    at = len("  together  ")
+    assert further
+    assert all(line[at - 2 : at] == "  " and line[at] != " " for line in further)
+    assert all(line[at - 1] == " " and line[at] != " " for line in named)

@@ -145,7 +145,11 @@ class Table:
         except InputError as error:
             faults.append(error)
         plain = pc.utf8_ltrim(pc.replace_substring(text, ",", "."), "+")
-        values = pc.cast(pc.if_else(is_number, plain, "nan"), pa.float64())
+        numbers = pc.if_else(is_number, plain, "nan")
+        try:
+            values = pc.cast(numbers, pa.float64())
+        except pa.ArrowInvalid:  # how some versions of Arrow take a number above 1e308
+            return np.array([float(text) for text in numbers.to_pylist()])
         return np.asarray(values.to_numpy(zero_copy_only=False))
 
     def _check_signs(self, text: Any, column: Heading) -> None:
