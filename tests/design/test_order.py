@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.answer_record import named_first
 from tendon_cli.answers import choices as choices_module
 from tendon_cli.windows import solutions as solutions_module
 from tendon_cli.windows.order import Order
@@ -395,3 +396,18 @@ def test_a_limit_of_a_part_that_ends_the_window_is_said_beside_the_part():
     text = " ".join(answer.text.split())
     assert "with strong its own limit on motor speed sets the lower end" in text
     assert "with quick" not in text
+
+
+@pytest.mark.parametrize("tensions", [["5 kN", "6 kN"], ["6 kN", "5 kN"]])
+def test_of_choices_that_come_as_near_to_a_window_the_smaller_value_is_named(tensions):
+    """Neither limit is reached, so both choices lack the same window by as much."""
+    answer = tendon.design(
+        {
+            "spring": {"stiffness": "3 kN/m"},
+            "spool": {"ratio": 1.0},
+            "load": {"mass": ["0 kg", "10 kg"]},
+            "limits": {"max_tension": tensions},
+        }
+    )
+    assert answer.best is None
+    assert named_first(answer.record)["limit_max_tension"] == 5e3
