@@ -127,3 +127,26 @@ def test_an_interval_is_refused_where_a_share_of_conditions_is_enough(key):
     assert caught.value.exit == 2
     with_people = tendon.study({**content, "people": {"count": 2}})
     assert question_of(with_people).serve == 0.5
+
+
+def test_one_condition_of_twenty_that_is_not_served_leaves_the_others_proved():
+    """The window of nineteen cases is proved for these, though the twentieth needs less tension."""
+    b1 = [*np.linspace(150.0, 152.0, 19), 100.0]  # mm
+    cases = [{"name": str(place), "arm": {"b1": f"{value} mm"}} for place, value in enumerate(b1)]
+    content = {
+        "spring": {"stiffness": "5 kN/m"},
+        "spool": {"ratio": 0.6},
+        "load": {"mass": "10 kg"},
+        "cases": cases,
+        "limits": {"max_tension": "400 N"},
+        "design": {"serve": 0.95, "conditions": ["case"]},
+    }
+    question = question_of(tendon.study(content))
+    solver = Solver(question)
+    certificate = certify(solver, solve(solver, question.all_points()))
+    solution = certificate.solution
+    assert solution.served.item() == pytest.approx(0.95)
+    assert certificate.status == "proven"
+    low, high = windows_at_loads(content, np.array([10.0]))
+    assert high[-1] < solution.pretension_from.item()
+    assert solution.pretension_from.item() == pytest.approx(low[:-1].max())
