@@ -189,6 +189,8 @@ def test_sobol_indices_are_a_table_for_each_end_the_largest_first():
     for rows, end in zip(of_ends, record["population"]["sobol"], strict=True):
         indices = sorted(end["inputs"].values(), key=lambda index: -index["total"])
         assert [row[0].strip() for row in rows[1:]] == [index["name"] for index in indices]
+        which = "lower" if end["end"] == "pretension_from" else "upper"
+        assert rows[0][0].startswith(f"{which} end, ")
 
 
 def test_an_index_below_a_hundredth_of_a_percent_is_not_printed():

@@ -179,6 +179,11 @@ def test_the_choices_of_an_answer_are_those_of_its_table(answered, answer_page):
     conflict = item_with(data["quantities"], "name", "conflict")
     has_no_conflict = unpacked(conflict["array"]) == 0
     assert (has_no_conflict == choices["feasible"].to_numpy()[:12]).all()
+    # A quantity that only some choices have is mapped all the same.
+    assert choices["tolerance_length"].isna().any()
+    mapped = unpacked(item_with(data["quantities"], "name", "tolerance_length")["array"])
+    in_millimetres = 1e3 * choices["tolerance_length"].to_numpy()[:12]
+    assert mapped == pytest.approx(in_millimetres, rel=1e-6, nan_ok=True)
 
 
 def test_the_states_of_a_choice_are_those_of_a_sweep_at_its_pretension(answered, answer_page):
