@@ -1,6 +1,7 @@
 """Two results side by side: every number is the record's, and only paired shares are made anew."""
 
 import json
+import re
 import shlex
 
 import numpy as np
@@ -476,3 +477,15 @@ def test_runs_along_a_motion_in_time_are_compared_by_what_the_motor_does(tmp_pat
     assert "largest motor power" in compared.text
     assert "largest motor work  " in compared.text
     assert "motor work in" not in compared.text
+
+
+def test_two_results_are_judged_in_a_column_and_three_by_signs(answered):
+    """With v2 the tension is larger, which is worse."""
+    two = tendon.compare(answered["v1"], answered["v2"]).text
+    three = tendon.compare(answered["v1"], answered["v2"], answered["v1"]).text
+    (in_two,) = re.findall(r"^  largest tension .*$", two, re.MULTILINE)
+    (in_three,) = re.findall(r"^  largest tension .*$", three, re.MULTILINE)
+    assert re.search(r"v1 +v2 +v2 is$", two, re.MULTILINE)
+    assert in_two.endswith(" worse")
+    assert " is\n" not in three
+    assert re.search(r"N +[\d.]+ N - +[\d.]+ N =$", in_three)
