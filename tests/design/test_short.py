@@ -231,3 +231,14 @@ def test_a_session_shows_the_short_answer_and_prints_the_whole():
     assert repr(answer) == answer.short
     assert str(answer) == answer.text == answer.record["text"]
     assert "short" not in answer.record
+
+
+LABELS = re.compile(r"  (Why|To set it|Parts|Rests on|Would help) +")
+
+
+def test_further_lines_of_a_section_begin_below_its_first(record):
+    _, *sections = short_text(record).split("\n\n")
+    lines = [line for section in sections for line in section.splitlines()]
+    firsts = {found.end() for found in map(LABELS.match, lines) if found}
+    further = {len(line) - len(line.lstrip()) for line in lines if not LABELS.match(line)}
+    assert further <= firsts
