@@ -75,9 +75,14 @@ def why_first(record: AnswerResults) -> str:
 
 
 def _none_can_be_set(record: AnswerResults, decided: DecisionRecord) -> str:
-    """Say that no choice can be set; empty if one can that cannot be built or serves too few."""
+    """Say that no choice can be set, or that there is no other; empty if one can be set.
+
+    One that can be set may be unable to be built or serve too few.
+    """
     if {decided["rule"], *decided["after"]} & {"built", "served_enough"}:
         return ""
+    if record["feasible"] == 1:
+        return "No other choice has a window."
     if record["feasible"] == 2:
         return "Neither choice with a window can be set."
     return f"None of the {say.counted(record['feasible'], 'choice')} with a window can be set."

@@ -52,8 +52,8 @@ def with_contacts(angles: Array, design: Design) -> Array:
     Only angles between the first and the last are added, and none for designs whose straps have no
     width.
     """
-    has_strap = ~np.isnan(np.asarray(design.arm.contact_width))
-    contacts = np.unique(np.broadcast_arrays(design.arm.first_contact, has_strap)[0][has_strap])
+    contact, width = np.broadcast_arrays(design.arm.first_contact, design.arm.contact_width)
+    contacts = np.unique(contact[~np.isnan(width)])
     is_inside = (contacts > angles[0, 0]) & (contacts < angles[0, -1])
     return np.union1d(angles, contacts[is_inside])[np.newaxis]
 

@@ -9,6 +9,9 @@ import pytest
 from scipy.optimize import brentq
 
 import tendon_cli as tendon
+from tendon_cli.windows.question import question_of
+from tendon_cli.windows.solutions import solve
+from tendon_cli.windows.solver import Solver
 
 WIDTH = 0.08  # m
 RADIUS = 0.045  # m
@@ -168,3 +171,25 @@ def test_measured_travels_press_from_the_first_angle_unless_the_study_says_from_
     at_last = states[states.elbow_angle > 1.55].extensor_tension_distal.max()
     assert late == pytest.approx(at_last / (RADIUS * WIDTH))
     assert late != everywhere
+
+
+def test_the_angle_of_contact_may_differ_among_conditions_and_the_width_among_choices():
+    """What is worst under all conditions is the worst of what is worst under each of them."""
+    angles = ["10 deg", "60 deg"]
+    widths = {"contact_width": ["60 mm", "80 mm"]}
+
+    def solved(contact):
+        design = {"conditions": ["arm.contact_from", "load.mass"], "pretension": "100 N"}
+        arm = widths | {"contact_from": contact}
+        question = question_of(tendon.study(CONTENT | {"arm": arm, "design": design}))
+        return solve(Solver(question), question.all_points())
+
+    together = solved(angles)
+    apart = [solved(angle) for angle in angles]
+    first = [solutions.pretension_from for solutions in apart]
+    last = [solutions.pretension_to for solutions in apart]
+    pressure = [solutions.worst.max_contact_pressure for solutions in apart]
+    assert together.pretension_from == pytest.approx(np.max(first, axis=0), rel=1e-9)
+    assert together.pretension_to == pytest.approx(np.min(last, axis=0), rel=1e-9)
+    assert together.worst.max_contact_pressure == pytest.approx(np.max(pressure, axis=0), rel=1e-9)
+    assert len(np.unique(together.worst.max_contact_pressure)) == len(widths["contact_width"])

@@ -411,3 +411,25 @@ def test_of_choices_that_come_as_near_to_a_window_the_smaller_value_is_named(ten
     )
     assert answer.best is None
     assert named_first(answer.record)["limit_max_tension"] == 5e3
+
+
+@pytest.mark.parametrize(
+    ("ratios", "said"),
+    [
+        ([1.0, 0.5], "No other choice has a window."),
+        ([1.0, 0.5, 0.6], "Neither choice with a window can be set."),
+        ([1.0, 0.5, 0.55, 0.6], "None of the 3 choices with a window can be set."),
+    ],
+)
+def test_how_many_other_choices_cannot_be_set_is_said_as_one_says_it(ratios, said):
+    answer = tendon.design(
+        {
+            "spring": {"stiffness": "5 kN/m"},
+            "spool": {"ratio": ratios},
+            "load": {"mass": ["0 kg", "10 kg"]},
+            "setting": {"accuracy": "20 mm"},
+            "design": {"minimise": "max_tension"},
+        }
+    )
+    assert answer.feasible == len(ratios) - 1
+    assert said in " ".join(answer.text.split())

@@ -113,6 +113,29 @@ def test_for_very_many_persons_fixes_are_worked_out_for_some_and_a_note_says_so(
     assert any(fix["after"] is not None for fix in answer.fixes)
 
 
+def test_along_a_motion_in_time_changes_are_tried_for_fewer_persons_and_choices(monkeypatch):
+    """A state takes longer there, for its window is sought pretension by pretension."""
+    time = np.arange(0.0, 3.0, 0.075)
+    strokes = 45.0 * (1.0 - np.cos(2.0 * np.pi * time / 3.0))
+    trajectory = {
+        "time": [f"{moment:.4g} s" for moment in time],
+        "angle": [f"{angle:.4g} deg" for angle in strokes],
+    }
+    steps = {"from": "0 deg", "to": "90 deg", "num": len(time)}
+    plain = NOBODY_ENOUGH | {"people": {"count": 12, "seed": 2}, "load": {"mass": 10.0}}
+    tried = []
+    for motion in ({"elbow_angle": steps}, {"trajectory": trajectory}):
+        question = question_of(tendon.study(plain | {"motion": motion}))
+        states = len(question.conditions) * question.states_per_design
+        monkeypatch.setattr(remedies, "_MOST_OF_ONE", states)
+        monkeypatch.setattr(remedies, "_MOST_OF_ALL", len(question.choices) * states)
+        first = question.points(np.array([0]))
+        choice = solve(Solver(question), first, with_worst=False)
+        persons = len(remedies.sampled(question, choice).groups)
+        tried.append((persons, len(remedies.choices_to_relax_for(question))))
+    assert tried == [(12, 3), (8, 1)]
+
+
 DOUBT = {
     "sheath": {"friction": {"mean": 0.07, "std": 0.02}},
     "spring": {"stiffness": {"value": "5 kN/m", "tolerance": "15 %"}},
