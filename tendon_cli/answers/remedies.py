@@ -53,9 +53,6 @@ PARAMETERS = {
 
 _MOST_OF_ONE = 250_000
 """Most states of one choice under all conditions; beyond it, only some groups are tried."""
-_OF_SEARCH = 50
-"""Factor on the time of a state whose window is sought pretension by pretension: with limits on the
-motor, or along a motion in time."""
 _FEW = 8
 """Fewest groups that are tried."""
 _MOST_OF_ALL = 2**28
@@ -118,14 +115,8 @@ def sampled(question: Question, choice: Solutions) -> Question:
 
 def _groups_to_try(question: Question) -> int:
     """Return the number of groups for which changes are tried, at most."""
-    return max(_FEW, len(question.groups) * _MOST_OF_ONE // _states_of_choice(question))
-
-
-def _states_of_choice(question: Question) -> int:
-    """Return the number of states that one choice takes under all conditions."""
-    states = len(question.conditions) * question.states_per_design
-    is_sought = question.bounds.of_motion or question.study.trajectory is not None
-    return states * _OF_SEARCH if is_sought else states
+    cost = len(question.conditions) * question.cost_per_design
+    return max(_FEW, len(question.groups) * _MOST_OF_ONE // cost)
 
 
 def _current_value(question: Question, points: Points, key: str) -> float:
@@ -280,8 +271,8 @@ def _least_of_any(
 
 def choices_to_relax_for(question: Question) -> Points:
     """Return all choices of the grid, or evenly spaced ones if they are too many to try."""
-    most = max(1, _MOST_OF_ALL // _states_of_choice(question))
-    return question.points(evenly_spaced(len(question.choices), most))
+    cost = len(question.conditions) * question.cost_per_design
+    return question.points(evenly_spaced(len(question.choices), max(1, _MOST_OF_ALL // cost)))
 
 
 def relaxations(

@@ -478,8 +478,8 @@ def indices(solver: Solver, points: Points) -> list[SobolRecord]:
         inputs = (*inputs, BODY)
     others = [axis for axis in question.conditions.axes if axis.role != "draw"]
     conditions = int(np.prod([len(axis) for axis in others]))
-    states = question.states_per_design * max(1, conditions)
-    most = max(_STATES / (states * (len(inputs) + 2)), 1.0)
+    cost = question.cost_per_design * max(1, conditions)
+    most = max(_STATES / (cost * (len(inputs) + 2)), 1.0)
     exponent = np.clip(np.floor(np.log2(most)), np.log2(_FEWEST_POINTS), np.log2(_MOST_POINTS))
 
     def ends_at(places: Array) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -94,6 +94,9 @@ class DesignLimit:
     """Excess of a `Motor` over a bound, as a function of pretension that is no straight line."""
     column: str = ""
     """Column of designs that it bounds, by default the one of its name."""
+    null_without: str = ""
+    """Column of designs without which there is nothing to bound: where it is 0, the limit is
+    broken."""
     needs: tuple[Need, ...] = ()
     """Numbers that a study must state."""
     default: float | None = None
@@ -136,6 +139,20 @@ class DesignLimit:
         if self.in_magnitude:
             return np.asarray(np.abs(values) - bound)
         return np.asarray(values - bound)
+
+    def beyond_in(self, columns: Mapping[str, Array], name: str, bound: Real) -> Array:
+        """Return the excess of designs over a bound, infinite where they have nothing to bound.
+
+        Args:
+            columns: Columns of the designs, SI.
+            name: Name of the column that the bound is on.
+            bound: Bound, SI.
+        """
+        excess = self.beyond(columns[name], bound)
+        if self.null_without not in columns:
+            return excess
+        has_nothing = np.isnan(columns[name]) & (columns[self.null_without] == 0.0)
+        return np.where(has_nothing & np.isfinite(bound), np.inf, excess)
 
     def room(self, values: Array, bound: Real) -> Array:
         """Return the room that values leave to a bound, negative where they break it.

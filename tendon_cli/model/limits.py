@@ -122,14 +122,17 @@ def _motor_speed(at: Any, speed: Real) -> Form:
 def _lost_efficiency(motor: Any, least: Real) -> Callable[[Array], Array]:
     """Return a function of pretension: friction's loss beyond what an efficiency allows, J.
 
-    If the motor does no work there is no efficiency, and the limit is kept.
+    A motor that does no work has no efficiency, which breaks the limit: as its work goes to zero
+    beside the same loss, its efficiency falls without end.
     """
 
     def excess(pretension: Array) -> Array:
         work = motor.work(pretension)
+        is_idle = (work == 0.0) & np.isfinite(least)
         with np.errstate(invalid="ignore"):  # no work, and no bound
             allowed = (1.0 - least) * work
-        return np.where(work > 0.0, motor.loss(pretension) - allowed, -np.inf)
+        without_work = np.where(is_idle, np.inf, -np.inf)
+        return np.where(work > 0.0, motor.loss(pretension) - allowed, without_work)
 
     return excess
 
@@ -369,6 +372,7 @@ _ALL = (
             "lowers the efficiency below {}",
         ),
         column="efficiency",
+        null_without="motor_work_in",
         needs=(SPEED,),
         excess=_lost_efficiency,
     ),

@@ -61,7 +61,7 @@ _PART_OF = (
 _OF_BOTH_DIRECTIONS = ("max_backlash", "max_torque_band")
 """Limits on the difference between flexion and extension at an elbow angle."""
 _ANCHOR_KEYS = tuple(f"arm.{name}" for name in ANCHORS)
-_WHOSE_ANCHORS = (
+WHOSE_ANCHORS = (
     'anchors = "measured": measured on the one person of the file, for whom they hold as stated; '
     'anchors = "mean man": those of the survey\'s mean man, scaled to each person'
 )
@@ -265,15 +265,22 @@ def _anchor_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
     if study.arm.anchors is None and keys_given:
         names = ", ".join(keys_given)
         problem = f"is needed because this study states {names} and has a file of persons"
-        yield Fault(key, problem, _WHOSE_ANCHORS)
-    elif is_measured and not keys_given and not any(name in at_fault for name in _ANCHOR_KEYS):
-        problem = '"measured" is about stated anchors, but this study states none'
-        yield Fault(key, problem, 'such as b1 = "110 mm" in [arm], or leave it out')
+        yield Fault(key, problem, WHOSE_ANCHORS)
+    elif is_measured and not keys_given:
+        is_known = study.fitted_from is None  # else the fitted suit may state anchors
+        if is_known and not any(name in at_fault for name in _ANCHOR_KEYS):
+            yield nothing_measured()
     elif is_measured:
         for place, path in of_rows:
             if path not in stated:
                 problem = "is measured in this case, and scaled from the mean man's in the others"
                 yield Fault(place, problem, f"give {path} in the study, too")
+
+
+def nothing_measured() -> Fault:
+    """Return the fault of a study that says how its anchors are known, but states none."""
+    problem = '"measured" is about stated anchors, but this study states none'
+    return Fault("arm.anchors", problem, 'such as b1 = "110 mm" in [arm], or leave it out')
 
 
 def _rest_angle_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:

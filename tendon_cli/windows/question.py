@@ -54,6 +54,9 @@ LEAN = "arm.upper_arm_angle"
 CONTACT_FROM = "arm.contact_from"
 """The strap presses at every angle of the smallest value: that suffices for all."""
 _ENDS_SUFFICE = (*LINEAR, LEAN, PRETENSION, CONTACT_FROM)
+_OF_SEARCH = 50
+"""Factor on the time of a state whose window is sought pretension by pretension: with limits on the
+motor, or along a motion in time."""
 
 
 @dataclass(frozen=True)
@@ -166,6 +169,12 @@ class Question:
     def states_per_design(self) -> int:
         """Number of directions times number of elbow angles."""
         return self.angles.size * len(self.flexion)
+
+    @property
+    def cost_per_design(self) -> int:
+        """Number of states whose windows take as long as that of one design."""
+        is_sought = self.bounds.of_motion or self.study.trajectory is not None
+        return self.states_per_design * _OF_SEARCH if is_sought else self.states_per_design
 
     @property
     def states(self) -> int:

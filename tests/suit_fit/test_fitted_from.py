@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon_library
+from tendon_cli.errors import StudyError
 from tendon_cli.studies.load import recorded_study
+from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.values import draw_fresh_numbers, draw_numbers
 from tendon_cli.suit_fit.fragment import suit_fragment
 
@@ -116,3 +118,40 @@ def test_the_command_writes_and_design_reads(tendon, logs, workplace):
     (workplace / "mine.toml").write_text("mine")
     refused = tendon(*fit, "--out", "mine.toml")
     assert refused.exit == 2
+
+
+def test_anchors_fitted_beside_a_file_of_persons_need_a_word_that_says_whose_they_are(
+    fit, tmp_path
+):
+    """Those that were fitted on the wearer hold for her as they are."""
+    fragment = tmp_path / "fit.toml"
+    fragment.write_text(suit_fragment(fit))
+    (tmp_path / "me.csv").write_text("name,sex,stature (cm)\nEve,female,152\n")
+    file = tmp_path / "design.toml"
+    persons = DESIGN + '[people]\nfile = "me.csv"\n'
+    file.write_text(persons)
+    with pytest.raises(StudyError, match=r"arm\.anchors: is needed because fitted_from states arm"):
+        tendon_library.load_study(file)
+
+    fitted = fit.numbers["arm.b1"].value
+    stated = {}
+    for whose in ("measured", "mean man"):
+        file.write_text(f'{persons}[arm]\nanchors = "{whose}"\n')
+        space = space_of(tendon_library.load_study(file))
+        stated[whose] = np.mean(space.number("arm.b1").within(space.whole))
+    assert stated["measured"] == pytest.approx(fitted, rel=0.02)  # as the mean of draws
+    assert stated["mean man"] < 0.95 * fitted
+
+
+def test_measured_anchors_need_a_fit_that_has_some(tmp_path):
+    (tmp_path / "fit.toml").write_text(
+        '[numbers]\n"sheath.friction" = { value = 0.08, std = 0.002 }\n'
+        '[covariance]\nkeys = ["sheath.friction"]\nmatrix = [[4e-6]]\n'
+    )
+    (tmp_path / "me.csv").write_text("name,sex,stature (cm)\nEve,female,152\n")
+    file = tmp_path / "design.toml"
+    file.write_text(DESIGN + '[people]\nfile = "me.csv"\n[arm]\nanchors = "measured"\n')
+    with pytest.raises(StudyError, match=r"this study states none"):
+        tendon_library.load_study(file)
+    file.write_text(DESIGN + '[people]\nfile = "me.csv"\n')
+    tendon_library.load_study(file)

@@ -117,6 +117,35 @@ def test_feasible_designs_keep_every_limit_of_the_motor(run, limit, column):
     assert ((is_above & is_below) == expected)[~is_at_the_limit].all()
 
 
+def test_a_motor_that_does_no_work_keeps_no_limit_on_its_efficiency(tmp_path):
+    """As its work goes to zero beside the same loss, its efficiency falls without end."""
+    study = {
+        "motion": {**STUDY["motion"], "direction": "extension"},
+        "spring": {"stiffness": "8 kN/m"},
+        "spool": {"ratio": 0.6},
+        "load": {"mass": "5 kg"},
+        "tendon": {"pretension": {"from": "150 N", "to": "400 N", "num": 26}},
+    }
+    free = sweep_of(study)
+    work = free.designs["motor_work_in"]
+    efficiency = free.designs["efficiency"]
+    assert free.designs["feasible"].all()
+    assert (efficiency.isna() == (work == 0.0)).all()
+    assert (work == 0.0).any()
+
+    limited = sweep_of({**study, "limits": {"min_efficiency": -100.0}}, tmp_path / "run")
+    kept = limited.designs["feasible"]
+    assert (kept == (efficiency >= -100.0)).all()
+    assert kept.any()
+    pretension = limited.designs["pretension"]
+    is_above = limited.designs["pretension_from"] <= pretension
+    assert ((is_above & (pretension <= limited.designs["pretension_to"])) == kept).all()
+
+    result = tendon.check(limited)
+    assert result.record["broken"] == {"min_efficiency": int((~kept).sum())}
+    assert "has no efficiency, because its motor_work_in is 0 J" in result.text
+
+
 def test_a_limit_on_a_difference_between_directions_is_refused_if_there_is_one_direction():
     study = {**STUDY, "motion": {**STUDY["motion"], "direction": "flexion"}}
     assert sweep_of(study).designs["feasible"].any()
