@@ -82,6 +82,9 @@ class QuestionRecord(TypedDict):
     carried: NotRequired[dict[str, CarriedRecord]]
     """Numbers that rows of tables carry along, by their columns in the choices; only if there are
     any."""
+    intervals: NotRequired[list[str]]
+    """Keys of the conditions of which all values between two ends are meant; only if there are
+    any."""
     joint: str
     """Name of the joint: "elbow"."""
     read: str

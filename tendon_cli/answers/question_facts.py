@@ -65,6 +65,9 @@ def question_record(question: Question) -> QuestionRecord:
     }
     if carried:
         record["carried"] = carried
+    intervals = [axis.key for axis in question.conditions.axes if axis.is_interval]
+    if intervals:
+        record["intervals"] = intervals
     return record
 
 

@@ -17,6 +17,7 @@ from tendon_cli.answers.fresh_search import FreshSearch
 from tendon_cli.answers.least_change import (
     BISECTION,
     SCAN,
+    SPARING_SCAN,
     Change,
     ChangeSearch,
     PrintedChange,
@@ -143,9 +144,10 @@ def _fix(
         ends.append(low)
     if is_used and before < high:
         ends.append(high)
+    effort = SPARING_SCAN if solver.question.is_sought else SCAN
     found: list[tuple[Change, PrintedChange]] = []
     for end in ends:
-        change = Change(key, before, end, points, SCAN, is_geometric=True)
+        change = Change(key, before, end, points, effort, is_geometric=True)
         least = _least(solver, change, search)
         if least is not None:
             found.append((change, least))

@@ -219,9 +219,16 @@ def _all_of(question: QuestionRecord) -> str:
     """Say whom or what a pretension must suit: "all 1,000 persons", "the design"."""
     whom = _everyone(question)
     is_single = question["groups"] == 1
+    if _are_countless(question):
+        return "all conditions"
     if question["counted"] == "conditions" and is_single:
         return "the design"
     return whom if whom.startswith("this") and is_single else say.all_of(whom)
+
+
+def _are_countless(question: QuestionRecord) -> bool:
+    """Return True if conditions are counted, but all values of an interval are among them."""
+    return question["counted"] == "conditions" and bool(question.get("intervals"))
 
 
 def _superlative(goal: GoalRecord) -> str:
@@ -443,7 +450,8 @@ def conflict_words(record: AnswerResults, conflict: ConflictRecord) -> Iterator[
         yield f"{missed}; {phrases.margins(question, row)}"
         return
     yield from phrases.gap_words(question, row, conflict["gap"])
-    if row["served"] > 0.0 and record["serve"] >= 1.0 and record["conditions"] > 1:
+    has_share = record["conditions"] > 1 and not _are_countless(question)
+    if row["served"] > 0.0 and record["serve"] >= 1.0 and has_share:
         served = f"{say.percent(row['served'])} of the {question['counted']}"
         pretension = row["pretension"]
         if pretension is not None:

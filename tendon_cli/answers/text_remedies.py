@@ -57,10 +57,10 @@ def fix_words(question: QuestionRecord, fix: FixRecord) -> str:
     if not before.endswith(f" {fix['printed']}"):
         words = f"{_change_words(fix)}{_nearest_words(fix)}, {words}"
     judged = fix["served_verified"]
-    share = "" if judged is None else f"{say.percent(judged['value'])} served, "
+    gains = [] if judged is None else [f"{say.percent(judged['value'])} served"]
     of_costs = zip(COSTS.values(), costs(fix), strict=True)
-    needs = [f"{head} {cost}" for head, cost in of_costs if cost != "-"]
-    said = f"{words}: {share}{', '.join(needs)}"
+    gains += [f"{head} {cost}" for head, cost in of_costs if cost != "-"]
+    said = f"{words}: {', '.join(gains)}" if gains else words
     return said if fix["can_be_built"] else f"{said}, but it cannot be built: {NO_ROOM}"
 
 

@@ -55,8 +55,7 @@ CONTACT_FROM = "arm.contact_from"
 """The strap presses at every angle of the smallest value: that suffices for all."""
 _ENDS_SUFFICE = (*LINEAR, LEAN, PRETENSION, CONTACT_FROM)
 _OF_SEARCH = 50
-"""Factor on the time of a state whose window is sought pretension by pretension: with limits on the
-motor, or along a motion in time."""
+"""Factor on the time of a state whose window is sought pretension by pretension."""
 
 
 @dataclass(frozen=True)
@@ -171,10 +170,17 @@ class Question:
         return self.angles.size * len(self.flexion)
 
     @property
+    def is_sought(self) -> bool:
+        """True if windows are sought pretension by pretension, which takes far longer.
+
+        So it is with limits on the whole motion, and along a motion in time.
+        """
+        return bool(self.bounds.of_motion) or self.study.trajectory is not None
+
+    @property
     def cost_per_design(self) -> int:
         """Number of states whose windows take as long as that of one design."""
-        is_sought = self.bounds.of_motion or self.study.trajectory is not None
-        return self.states_per_design * _OF_SEARCH if is_sought else self.states_per_design
+        return self.states_per_design * _OF_SEARCH if self.is_sought else self.states_per_design
 
     @property
     def states(self) -> int:

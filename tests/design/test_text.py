@@ -224,3 +224,14 @@ def test_the_travel_of_springs_is_rounded_up_at_its_third_digit(stiffness):
     said = float(re.search(r"springs:.* ([\d.]+) mm of travel", " ".join(answer.text.split()))[1])
     third_digit = 10.0 ** (math.floor(math.log10(travel)) - 2)
     assert travel <= said < travel + third_digit
+
+
+def test_conditions_are_not_counted_where_all_values_of_an_interval_are_meant():
+    loads = {"from": "0 kg", "to": "10 kg"}
+    given = {"pretension": "230 N"}
+    counted = tendon.design({"load": {"mass": [*loads.values()]}, "design": given}).text
+    assert "does not work for both conditions" in counted
+    assert "works for 50 % of the conditions" in " ".join(counted.split())
+    countless = tendon.design({"load": {"mass": loads}, "design": given}).text
+    assert "does not work for all conditions" in countless
+    assert "50 %" not in countless
