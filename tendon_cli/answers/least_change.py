@@ -57,6 +57,8 @@ SPARING_SCAN = Effort(values=17, zooms=2, sections=8, rounds=8, tolerance=1e-4)
 """Effort for the same where each window is sought pretension by pretension."""
 BISECTION = Effort(values=1, zooms=0, sections=3, rounds=12)
 """Effort for a change that opens the more windows, the larger it is."""
+SPARING_BISECTION = Effort(values=1, zooms=0, sections=3, rounds=7)
+"""Effort for the same where each window is sought pretension by pretension."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,7 @@ from tendon_cli.answers.fresh_search import FreshSearch
 from tendon_cli.answers.least_change import (
     BISECTION,
     SCAN,
+    SPARING_BISECTION,
     SPARING_SCAN,
     Change,
     ChangeSearch,
@@ -299,6 +300,7 @@ def relaxations(
 
 def _demands(question: Question, limits: set[str], points: Points) -> Iterator[Change]:
     """Yield the changes of the demands of a study that could be relaxed."""
+    effort = SPARING_BISECTION if question.is_sought else BISECTION
     for name in sorted(limits & set(question.bounds)):
         value = _loosest(question, name, points)
         is_stiffness = name == "min_elbow_stiffness"
@@ -309,7 +311,7 @@ def _demands(question: Question, limits: set[str], points: Points) -> Iterator[C
         else:
             farthest = _FARTHEST * value
         if (value > 0.0 or is_stiffness) and np.isfinite(value):
-            yield Change(f"{LIMIT}{name}", value, farthest, points, BISECTION)
+            yield Change(f"{LIMIT}{name}", value, farthest, points, effort)
 
     single = question.choices.single
     of_choices = []
@@ -317,9 +319,9 @@ def _demands(question: Question, limits: set[str], points: Points) -> Iterator[C
         same_width = np.full(len(points), single.get(_WIDTH, np.nan))
         widths = np.asarray(points.numbers.get(_WIDTH, same_width))
         widest = points.select(widths == widths.max())
-        of_choices.append(Change(_WIDTH, float(widths.max()), _WIDEST, widest, BISECTION))
+        of_choices.append(Change(_WIDTH, float(widths.max()), _WIDEST, widest, effort))
     stiffness = float(single.get(_ANCHOR, np.inf))
-    of_choices.append(Change(_ANCHOR, stiffness, _FIRMEST, points, BISECTION, is_geometric=True))
+    of_choices.append(Change(_ANCHOR, stiffness, _FIRMEST, points, effort, is_geometric=True))
     for change in of_choices:
         is_plausible = 0.0 < change.before < change.farthest
         if is_plausible and change.key not in question.condition_numbers:
@@ -328,7 +330,7 @@ def _demands(question: Question, limits: set[str], points: Points) -> Iterator[C
     for key in ("load.mass", "arm.upper_arm_angle"):
         values = question.condition_numbers.get(key)
         if values is not None and np.ptp(values) > 0.0:
-            yield Change(key, float(np.abs(values).max()), 0.0, points, BISECTION)
+            yield Change(key, float(np.abs(values).max()), 0.0, points, effort)
 
 
 def _loosest(question: Question, name: str, points: Points) -> float:
