@@ -34,6 +34,10 @@ TRUTHS = ("taut", "stable", "feasible")
 """Columns of designs that are true or false."""
 
 
+_OF_MOTION = ("motion.elbow_angle", "motion.direction")
+"""Keys of the motion that are columns of states."""
+
+
 @dataclass(frozen=True)
 class TableColumns:
     """Columns of a table, and the derived quantities that follow from them."""
@@ -142,6 +146,8 @@ def _hint_at_other_tables(column: str) -> str:
 
 def column_named(name: str) -> str:
     """Return the column of a name, which may be a key of a study such as load.mass."""
+    if name in _OF_MOTION:
+        return name.removeprefix("motion.")
     return keys()[name].column if name in keys() else name
 
 

@@ -285,7 +285,11 @@ def _thin_out(
         positions[axis.column] = drawn
         if len(drawn) < len(all_positions):
             name = cube.shown(axis.column).name
-            fewer.append(f"{len(drawn):,} of {len(all_positions):,} values of {name}")
+            which = ""
+            if len(drawn) == 1 and axis.column == ANGLE:  # the caption has those of other axes
+                angle = float(axis.values[int(drawn[0])])
+                which = f" ({cube.shown(axis.column).equation(angle)})"
+            fewer.append(f"{len(drawn):,} of {len(all_positions):,} values of {name}{which}")
     if not fewer:
         return positions, ()
     return positions, (f"Shown: {say.join_words(fewer)}, evenly spaced.",)

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import tendon_cli as tendon
+from tendon_cli.cube.columns import TableColumns
 from tendon_cli.cube.cube import axis_values_of
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.filters import read_filter
@@ -105,3 +106,10 @@ def test_the_values_that_a_filter_may_mean_are_those_of_the_table(results, table
     assert common
     for column in common:
         assert set(columns[column].dropna()) <= set(axis_values[column].tolist()), column
+
+
+def test_columns_of_the_motion_are_called_by_their_keys_too(results):
+    run, _ = results
+    columns = TableColumns.of(run.kept("states").schema)
+    for name in ("elbow_angle", "direction"):
+        assert columns.find(f"motion.{name}", "--where") == columns.find(name, "--where") == name

@@ -13,7 +13,7 @@ from tendon_cli.figures.draw import pages_of
 from tendon_cli.figures.served import for_whom
 from tendon_cli.figures.style import house_style
 from tendon_cli.tables.read import TableFiles
-from tests.figures.runs import designs, figure_of, grid, lines, panels, words
+from tests.figures.runs import designs, figure_of, grid, lines, panels, states, words
 from tests.figures.test_population import record
 
 TWO_LOADS = {"load": {"mass": ["2 kg", "5 kg"]}}
@@ -76,6 +76,19 @@ def test_a_figure_of_fewer_points_says_of_how_many(
     (page,) = pages_of(run)
     assert points_drawn(page.figure) == 100
     assert "Shown: 50 of 64 values of draw, evenly spaced." in page.says
+
+
+def test_the_only_angle_of_many_that_is_drawn_is_named(tmp_path: Path) -> None:
+    springs = {"stiffness": grid("3 kN/m", "5 kN/m", 3)}
+    ratios = {"ratio": [0.5, 0.75, 1.0]}
+    content = {"load": {"mass": ["0 kg", "5 kg"]}, "spring": springs, "spool": ratios}
+    run = states(tmp_path / "run", content)
+    figure = figure_of(run, quantity="motor_torque", x="spring.stiffness")
+    assert "1 of 16 values of elbow angle (θ = 48 deg)" in words(figure)
+    rows = run.read().to_pandas()
+    drawn = lines(panels(figure)[0])[0].get_ydata()
+    torques = rows.loc[np.isclose(np.degrees(rows["elbow_angle"]), 48.0), "motor_torque"]
+    assert np.isin(drawn, torques).all()
 
 
 def test_numbers_in_order_are_lines(tmp_path: Path) -> None:
