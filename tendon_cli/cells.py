@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.errors import InputError
+from tendon_cli.files import CSV, WORKBOOK, kind_of_file
 from tendon_cli.units import shorten
 
 SEPARATORS = {"\t": "tab", ";": "semicolon", ",": "comma"}
@@ -26,18 +27,6 @@ MOST_FAULTS = 10
 """Largest number of faults of a file that are listed."""
 _MOST_NAMES = 5
 """Largest number of columns that a note lists."""
-_KINDS = {
-    ".toml": "a study or a friction fragment in TOML",
-    ".yaml": "a study in YAML",
-    ".yml": "a study in YAML",
-    ".json": "JSON",
-    ".parquet": "a table in Parquet",
-    ".png": "a figure",
-    ".svg": "a figure",
-    ".pdf": "a figure",
-    ".html": "a page",
-}
-"""Kinds of files that are no CSV, by their endings."""
 _COMMENT = ("#", "%", "//", "*")
 _AS_CSV = "save it as CSV in UTF-8 or UTF-16"
 _CONTROL = re.compile(rb"[\x01-\x08\x0e-\x1f\x7f-\x9f]")  # no Latin-1 text has these
@@ -99,8 +88,8 @@ def lines_of(content: bytes, source: str) -> list[str]:
         InputError: The file is empty, of another kind, no text, or has a line longer than
             `LONGEST_LINE`.
     """
-    kind = _KINDS.get(PurePath(source).suffix.lower())
-    if kind is not None:
+    kind = kind_of_file(PurePath(source))
+    if kind not in (None, CSV, WORKBOOK):  # a workbook is known by its content, below
         raise InputError(f"this is {kind}, expected a CSV", where=source)
     if not content.strip(b" \t\r\n\0\xef\xbb\xbf\xff\xfe"):
         raise InputError("the file is empty", where=source)

@@ -38,7 +38,7 @@ MAY_IMPORT = {
     "terminal": {"errors"},
     "figure_marks": set(),
     "files": {"errors", "units"},
-    "cells": {"errors", "units"},
+    "cells": {"errors", "files", "units"},
     "quantities": {"units"},
     "display": {"errors", "registry"},
     "registry": set(),
