@@ -164,7 +164,7 @@ READERS = {
     "plot --arm {}": "expected a study",
     "fit-friction {}": "expected a CSV",
 }
-"""What each command that reads a file expects."""
+"""Words for the kind of file that each command expects."""
 READ = {("show {}", "a CSV"), ("export {} rows.csv", "a CSV"), ("fit-friction {}", "a CSV")}
 """Commands that take files of a kind."""
 READ |= {(line, "a table") for line in ("plot {}", "show {}", "export {} rows.csv")}
