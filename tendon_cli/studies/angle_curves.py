@@ -118,7 +118,7 @@ class CurveColumns:
     dimensions: tuple[tuple[str, str], ...]
     """Name and dimension of each column, the angle or time first."""
     fewest: int = 3
-    """Smallest number of rows of a curve."""
+    """Smallest number of rows of a curve; two are a line."""
     optional: tuple[str, ...] = ()
     """Names of those columns that a curve may lack."""
     meaning: str = ""
@@ -231,10 +231,14 @@ def _any_of(kinds: Sequence[CurveColumns]) -> str:
 SIGN_OF_TASK = "positive torque is what the flexor must give"
 """Sign of the torque of a task in words."""
 TORQUE = CurveColumns(
-    (("angle", "angle"), ("torque", "torque")), meaning="positive torque resists flexion"
+    (("angle", "angle"), ("torque", "torque")),
+    fewest=2,
+    meaning="positive torque resists flexion",
 )
-TASK_OVER_ANGLE = CurveColumns(TORQUE.dimensions, meaning=SIGN_OF_TASK)
-TASK_OVER_TIME = CurveColumns((("time", "time"), ("torque", "torque")), 2, meaning=SIGN_OF_TASK)
+TASK_OVER_ANGLE = CurveColumns(TORQUE.dimensions, fewest=2, meaning=SIGN_OF_TASK)
+TASK_OVER_TIME = CurveColumns(
+    (("time", "time"), ("torque", "torque")), fewest=2, meaning=SIGN_OF_TASK
+)
 EXCURSION = CurveColumns(
     (("angle", "angle"), ("flexor", "length"), ("extensor", "length")),
     meaning="both rise with flexion",
