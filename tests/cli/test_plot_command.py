@@ -167,7 +167,7 @@ def test_a_column_of_nulls_is_told_without_a_filter_that_nobody_gave(workplace):
         run.plot("efficiency")
     assert "--where" not in f"{raised.value} {raised.value.hint}"
     with pytest.raises(tendon_library.UsageError, match="no selected row has a value") as raised:
-        run.plot("efficiency", where="load_mass = 5 kg")
+        run.plot("efficiency", where="load_mass >= 0 kg")
     assert raised.value.where == "--where"
 
 
