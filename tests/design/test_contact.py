@@ -174,7 +174,7 @@ def test_measured_travels_press_from_the_first_angle_unless_the_study_says_from_
 
 
 def test_the_angle_of_contact_may_differ_among_conditions_and_the_width_among_choices():
-    """What is worst under all conditions is the worst of what is worst under each of them."""
+    """The worst under all conditions is the worst of those under each of them."""
     angles = ["10 deg", "60 deg"]
     widths = {"contact_width": ["60 mm", "80 mm"]}
 
