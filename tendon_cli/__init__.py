@@ -95,8 +95,10 @@ def __getattr__(name: str) -> "Any":
     if name == "arms":
         return import_module(f"{__name__}.arms")
     module_name, _, attribute = _MODULE_OF.get(name, f"errors.{name}").rpartition(".")
-    module = import_module(f"{__name__}.{module_name}")
-    return globals().setdefault(name, getattr(module, attribute))
+    found = getattr(import_module(f"{__name__}.{module_name}"), attribute)
+    if name in _MODULE_OF:
+        found = import_module(f"{__name__}.call_options").public(found, name)
+    return globals().setdefault(name, found)
 
 
 def __dir__() -> list[str]:

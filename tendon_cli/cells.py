@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import csv
 import re
+from dataclasses import dataclass
 from pathlib import PurePath
 from typing import Any
 
 import numpy as np
 
 from tendon_cli.errors import InputError
+from tendon_cli.files import CSV, WORKBOOK, kind_of_file
 from tendon_cli.units import shorten
 
 SEPARATORS = {"\t": "tab", ";": "semicolon", ",": "comma"}
@@ -25,32 +27,24 @@ MOST_FAULTS = 10
 """Largest number of faults of a file that are listed."""
 _MOST_NAMES = 5
 """Largest number of columns that a note lists."""
-_KINDS = {
-    ".toml": "a study or a friction fragment in TOML",
-    ".yaml": "a study in YAML",
-    ".yml": "a study in YAML",
-    ".json": "JSON",
-    ".parquet": "a table in Parquet",
-    ".png": "a figure",
-    ".svg": "a figure",
-    ".pdf": "a figure",
-    ".html": "a page",
-}
-"""Kinds of files that are no CSV, by their endings."""
 _COMMENT = ("#", "%", "//", "*")
 _AS_CSV = "save it as CSV in UTF-8 or UTF-16"
 _CONTROL = re.compile(rb"[\x01-\x08\x0e-\x1f\x7f-\x9f]")  # no Latin-1 text has these
+_LINE = re.compile(r", line ([0-9]+)")
 _ESCAPED_SEPARATOR = "\x1f"  # a separator inside a quoted cell, while rows are split
 
 
 def raise_all(errors: list[InputError], source: str) -> None:
-    """Raise the errors of a file as one, if there are any: the first `MOST_FAULTS` are listed."""
+    """Raise the errors of a file as one, if there are any, in the order of its lines.
+
+    The first `MOST_FAULTS` are listed.
+    """
     if not errors:
         return
     if len(errors) == 1:
         raise errors[0]
     listed = []
-    for error in errors[:MOST_FAULTS]:
+    for error in sorted(errors, key=_line_of)[:MOST_FAULTS]:
         place = (error.where or "").removeprefix(source).removeprefix(", ")
         advice = f" ({error.hint})" if error.hint else ""
         listed.append(f"  {place}{': ' if place else ''}{error.message}{advice}")
@@ -58,6 +52,12 @@ def raise_all(errors: list[InputError], source: str) -> None:
         listed.append(f"  and {len(errors) - MOST_FAULTS:,} more")
     problem = "\n".join([f"the file has {len(errors):,} faults:", *listed])
     raise InputError(problem, where=source)
+
+
+def _line_of(error: InputError) -> int:
+    """Return the line at which an error is; 0 for an error of the whole file."""
+    line = _LINE.search(error.where or "")
+    return 0 if line is None else int(line[1])
 
 
 def not_read(names: list[str], source: str) -> list[str]:
@@ -88,8 +88,8 @@ def lines_of(content: bytes, source: str) -> list[str]:
         InputError: The file is empty, of another kind, no text, or has a line longer than
             `LONGEST_LINE`.
     """
-    kind = _KINDS.get(PurePath(source).suffix.lower())
-    if kind is not None:
+    kind = kind_of_file(PurePath(source))
+    if kind not in (None, CSV, WORKBOOK):  # a workbook is known by its content, below
         raise InputError(f"this is {kind}, expected a CSV", where=source)
     if not content.strip(b" \t\r\n\0\xef\xbb\xbf\xff\xfe"):
         raise InputError("the file is empty", where=source)
@@ -142,85 +142,105 @@ def cells_of(line: str, separator: str, place: str) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
-def texts_of(
+@dataclass(frozen=True)
+class SplitRows:
+    """Rows of a CSV with as many cells as there are columns, and the faults of all others."""
+
+    rows: list[str]
+    """Text of each row that has its cells, none of them in quotes."""
+    places: list[int]
+    """Places of these rows among the lines of the file, counted from 0."""
+    faults: list[InputError]
+    """Fault of each row that has too few or too many cells, or quotes that do not match."""
+    separator: str
+    """Sign between cells."""
+    width: int
+    """Number of columns."""
+    has_escapes: bool
+    """True if separators that belong to a cell are escaped."""
+
+    def arrays(self) -> list[Any]:
+        """Return the cells of each column without surrounding spaces, as Arrow arrays of text."""
+        import pyarrow as pa  # only files of rows pay for its import
+        import pyarrow.compute as pc
+
+        # Not by Arrow's reader of CSV: its threads may hold on to the text until the process ends,
+        # and end it by a crash.
+        split = pc.split_pattern(pa.array(self.rows, pa.string()), self.separator)
+        cells_of_rows = split.flatten()
+        first_cells = np.arange(len(self.rows)) * self.width
+        texts = [
+            pc.utf8_trim_whitespace(cells_of_rows.take(pa.array(first_cells + column)))
+            for column in range(self.width)
+        ]
+        if not self.has_escapes:
+            return texts
+        return [pc.replace_substring(text, _ESCAPED_SEPARATOR, self.separator) for text in texts]
+
+    def lists(self) -> list[list[str]]:
+        """Return the cells of each column without surrounding spaces, as plain lists.
+
+        For tables whose cells are read one by one.
+        """
+        columns: list[list[str]] = []
+        for cells in zip(*(row.split(self.separator) for row in self.rows), strict=True):
+            texts = [cell.strip() for cell in cells]
+            if self.has_escapes:
+                texts = [text.replace(_ESCAPED_SEPARATOR, self.separator) for text in texts]
+            columns.append(texts)
+        return columns
+
+
+def split_rows(
     lines: list[str], row_lines: list[int], separator: str, source: str, width: int, needed: int
-) -> list[Any]:
-    """Return the cells of each column as text without surrounding spaces.
+) -> SplitRows:
+    """Split the rows of a CSV; those without as many cells as there are columns are faults.
 
     Args:
         lines: Lines of the file.
-        row_lines: Positions in `lines` of those that are rows, the header left out.
+        row_lines: Places in `lines` of those that are rows, the header left out.
         separator: Sign between cells.
         source: Name of the file for messages.
         width: Number of columns.
         needed: Number of first columns that a row must fill; it may leave out those behind them.
             Empty cells beyond the last column do not count.
+    """
+    rows = [lines[place] for place in row_lines]
+    commas = width - 1  # separators in a row without quotes that has every cell
+    unusual = [i for i, row in enumerate(rows) if '"' in row or row.count(separator) != commas]
+    faults = []
+    refused = set()
+    for index in unusual:
+        where = f"{source}, line {row_lines[index] + 1}"
+        try:
+            found = cells_of(rows[index], separator, where)
+            cells = _fit_to_columns(found, separator, where, width, needed)
+        except InputError as error:
+            faults.append(error)
+            refused.add(index)
+            continue
+        rows[index] = separator.join(cell.replace(separator, _ESCAPED_SEPARATOR) for cell in cells)
+    places = row_lines
+    if refused:
+        kept = [index for index in range(len(rows)) if index not in refused]
+        rows = [rows[index] for index in kept]
+        places = [row_lines[index] for index in kept]
+    return SplitRows(rows, places, faults, separator, width, has_escapes=bool(unusual))
 
-    Returns:
-        Arrow arrays of text, one for each column.
+
+def texts_of(
+    lines: list[str], row_lines: list[int], separator: str, source: str, width: int, needed: int
+) -> list[Any]:
+    """Return the cells of each column as Arrow arrays of text without surrounding spaces.
+
+    Arguments are those of `split_rows`.
 
     Raises:
         InputError: Rows have too few or too many cells.
     """
-    import pyarrow as pa  # only files of rows pay for its import
-    import pyarrow.compute as pc
-
-    rows, has_escapes = fitted_rows(lines, row_lines, separator, source, width, needed)
-    # Not by Arrow's reader of CSV: its threads may hold on to the text until the process ends, and
-    # end it by a crash.
-    cells_of_rows = pc.split_pattern(pa.array(rows, pa.string()), separator).flatten()
-    places = np.arange(len(rows)) * width
-    texts = [
-        pc.utf8_trim_whitespace(cells_of_rows.take(pa.array(places + column)))
-        for column in range(width)
-    ]
-    if not has_escapes:
-        return texts
-    return [pc.replace_substring(text, _ESCAPED_SEPARATOR, separator) for text in texts]
-
-
-def columns_of(
-    lines: list[str], row_lines: list[int], separator: str, source: str, width: int, needed: int
-) -> list[list[str]]:
-    """Return the cells of each column as text without surrounding spaces, as plain lists.
-
-    Takes and raises what `texts_of` does; for tables whose cells are read one by one.
-    """
-    rows, has_escapes = fitted_rows(lines, row_lines, separator, source, width, needed)
-    columns = []
-    for cells in zip(*(row.split(separator) for row in rows), strict=True):
-        texts = [cell.strip() for cell in cells]
-        if has_escapes:
-            texts = [text.replace(_ESCAPED_SEPARATOR, separator) for text in texts]
-        columns.append(texts)
-    return columns
-
-
-def fitted_rows(
-    lines: list[str], row_lines: list[int], separator: str, source: str, width: int, needed: int
-) -> tuple[list[str], bool]:
-    """Return rows with as many cells as there are columns, none of them in quotes.
-
-    Takes and raises what `texts_of` does.
-
-    Returns:
-        The rows, and True if separators that belong to a cell are escaped.
-    """
-    rows = [lines[position] for position in row_lines]
-    commas = width - 1  # separators in a row without quotes that has every cell
-    unusual = [i for i, row in enumerate(rows) if '"' in row or row.count(separator) != commas]
-    errors = []
-    for index in unusual:
-        place = f"{source}, line {row_lines[index] + 1}"
-        try:
-            found = cells_of(rows[index], separator, place)
-            cells = _fit_to_columns(found, separator, place, width, needed)
-        except InputError as error:
-            errors.append(error)
-            continue
-        rows[index] = separator.join(cell.replace(separator, _ESCAPED_SEPARATOR) for cell in cells)
-    raise_all(errors, source)
-    return rows, bool(unusual)
+    split = split_rows(lines, row_lines, separator, source, width, needed)
+    raise_all(split.faults, source)
+    return split.arrays()
 
 
 def _fit_to_columns(

@@ -9,6 +9,7 @@ from threading import Event
 from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict, Unpack, cast
 
 from tendon_cli import say
+from tendon_cli.call_options import check_options
 from tendon_cli.display import Displayed
 from tendon_cli.engine.results import Result, Run, open_result
 from tendon_cli.engine.run import Draw, RunOptions, run_task
@@ -56,6 +57,10 @@ class Options(TypedDict, total=False):
     """Function that is called with the task before a run is begun, and may raise an error."""
     stop: Event | None
     """Event that ends the run cleanly when it is set."""
+
+
+_ARGUMENTS = ("study", "out", "jobs", "figures")
+"""Arguments of `sweep` and `design` before their options."""
 
 
 def sweep(
@@ -134,7 +139,7 @@ def compute(
         TendonError: The task cannot be run, or its result cannot be written.
     """
     kind = kinds()[verb]
-    _check_options(verb, options)
+    check_options(verb, options, (*_ARGUMENTS, *Options.__annotations__))
     if out is None and figures:
         hint = f"name one: {verb}(study, out, figures=True)"
         raise UsageError("figures are drawn into a folder", hint=hint)
@@ -247,19 +252,11 @@ def plot(
     1
     """
     if not isinstance(result, Displayed):
+        check_options("plot", how, (*_OF_PLOT, *_options_of_any_plot()))
         hint = "a study, a state, a run, an answer or a fit has a picture"
         raise UsageError(f"{described(result)} cannot be drawn", hint=hint)
     figure: Figure = result.plot(*what, out=out, overwrite=overwrite, **how)
     return figure
-
-
-def _check_options(verb: str, options: Options) -> None:
-    """Raise UsageError for an option that `sweep` and `design` do not have."""
-    for name in options:
-        if name not in Options.__annotations__:
-            known = ("study", "out", "jobs", "figures", *Options.__annotations__)
-            hint = f"it has {', '.join(known)}"
-            raise UsageError(f"{verb}() has no option {described(name)}", hint=hint)
 
 
 def _check_figures(kind: TaskKind, study: Study) -> None:
@@ -298,7 +295,7 @@ def page_of_study(study: Study, what: tuple[str, ...], how: dict[str, Any]) -> P
     """Draw the arm of a study. Raise UsageError for other options than `angles` and `case`."""
     from tendon_cli.figures.arm import arm_page
 
-    _refuse_others("a study", what, how, ("angles", "case"))
+    _refuse_others("a study", what, how, _OF_ARM)
     return arm_page(study, how.get("angles", ()), how.get("case"))
 
 
@@ -323,15 +320,33 @@ def page_of_suit_fit(fit: SuitFit, what: tuple[str, ...], how: dict[str, Any]) -
     return suit_fit_page(fit)
 
 
+_OF_PLOT = ("result", "what", "out", "overwrite")
+"""Arguments of `plot` for every result."""
+_OF_ARM = ("angles", "case")
+"""Options of `plot` for a study or a state."""
+
+
+def _options_of_run() -> tuple[str, ...]:
+    """Return the options of `plot` for a run: the keys of `[[figure]]`."""
+    from tendon_cli.studies.figures import FigureSpec
+
+    return tuple(FigureSpec.model_fields)
+
+
+def _options_of_any_plot() -> tuple[str, ...]:
+    """Return the options that `plot` has for one kind of result or another."""
+    return (*_OF_ARM, *_options_of_run())
+
+
 def _refuse_others(
     result: str, what: tuple[str, ...], how: dict[str, Any], known: tuple[str, ...]
 ) -> None:
     """Raise UsageError for options of `plot` that a result does not have."""
-    others = [*what, *(name for name in how if name not in known)]
-    if others:
+    check_options("plot", how, (*_OF_PLOT, *known))
+    if what:
         takes = ", ".join(known) or "no options besides out"
         hint = f"plot() of {result} takes {takes}"
-        raise UsageError(f"{described(others[0])} cannot be chosen here", hint=hint)
+        raise UsageError(f"{described(what[0])} cannot be chosen here", hint=hint)
 
 
 def page_of_run(run: Run, what: tuple[str, ...], how: dict[str, Any]) -> Page:
@@ -340,6 +355,7 @@ def page_of_run(run: Run, what: tuple[str, ...], how: dict[str, Any]) -> Page:
     from tendon_cli.figures.draw import pages_of, table_of
     from tendon_cli.studies.figures import figure_spec
 
+    check_options("plot", how, (*_OF_PLOT, *_options_of_run()))
     if what:
         how = {**how, "quantity": list(what)}
     spec = figure_spec(**how)
@@ -450,11 +466,16 @@ def write_comparison(comparison: Comparison, out: FileName, *, overwrite: bool =
 
 
 def page_of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) -> Page:
-    """Draw the named figure of an answer, or the first that it has."""
+    """Draw the named figure of an answer, or the first that it has.
+
+    Raises:
+        UsageError: The answer has no such figure, or an option is given.
+    """
     from tendon_cli.cube.cube import choices_of
     from tendon_cli.figures.answer_figures import FIGURES, answer_figure
 
-    for name in (*what, *how):
+    check_options("plot", how, _OF_PLOT)
+    for name in what:
         if name not in FIGURES:
             hint = hint_at_nearest(name, FIGURES) or ", ".join(FIGURES)
             raise UsageError(f"an answer has no figure {described(name)}", hint=hint)

@@ -9,12 +9,33 @@ import os
 import re
 import stat
 from collections.abc import Callable, Iterator
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import BinaryIO, TypeAlias
 
 from tendon_cli.errors import FolderError, OutputError, UsageError
 from tendon_cli.units import described, shorten
 
+CSV = "a CSV"
+TABLE = "a table in Parquet"
+WORKBOOK = "a workbook of a spreadsheet"
+STUDIES = ("a study or a friction fragment in TOML", "a study in YAML")
+_BY_ENDING = {
+    ".csv": CSV,
+    ".tsv": CSV,
+    ".parquet": TABLE,
+    ".toml": STUDIES[0],
+    ".yaml": STUDIES[1],
+    ".yml": STUDIES[1],
+    ".json": "JSON",
+    ".html": "a page",
+    ".xml": "XML",
+    ".png": "a figure",
+    ".svg": "a figure",
+    ".pdf": "a figure",
+    ".xlsx": WORKBOOK,
+    ".py": "a program in Python",
+}
+"""Kinds of files by their endings, in words."""
 _KINDS = {
     stat.S_IFDIR: "a folder",
     stat.S_IFIFO: "a pipe",
@@ -63,6 +84,11 @@ def path_of(given: object, *, in_utf8: bool = False) -> Path:
 def result_path(given: object) -> Path:
     """Return a user's name of a file or folder of results as a path, which must be UTF-8."""
     return path_of(given, in_utf8=True)
+
+
+def kind_of_file(path: PurePath) -> str | None:
+    """Return the kind of a file in words, such as "a figure", by its ending; None if unknown."""
+    return _BY_ENDING.get(path.suffix.lower())
 
 
 def open_file(path: Path) -> BinaryIO:

@@ -97,6 +97,9 @@ EXAMPLES = {
 }
 """Example of a value of each dimension, as a study file states it."""
 
+_UNITS_OF_ANGLES = {"angle": ("deg", "rad"), "angular speed": ("deg/s", "rad/s")}
+"""Units of which a number says by itself in which it may be."""
+
 
 class UnitError(ValueError):
     """Text is not one number and one unit of the expected dimension; `hint` says what would be."""
@@ -205,11 +208,17 @@ def parse_measure(text: str, dimension: str) -> Measure:
     return Measure(number, _find_unit(symbol, dimension, expected))
 
 
+def usual_units(dimension: str) -> tuple[str, ...]:
+    """Return the units in which people write a dimension: two for angles, else that of EXAMPLES."""
+    if dimension in _UNITS_OF_ANGLES:
+        return _UNITS_OF_ANGLES[dimension]
+    _number, _, symbol = EXAMPLES[dimension].strip('"').partition(" ")
+    return (symbol,)
+
+
 def with_unit(number: str, dimension: str) -> str:
     """Return a bare number with its usual unit, for a hint: an angle in degrees or in radians."""
-    usual_units = {"angle": ("deg", "rad"), "angular speed": ("deg/s", "rad/s")}
-    symbols = usual_units.get(dimension, (SI_UNIT[dimension],))
-    return " or ".join(f'"{number} {symbol}"' for symbol in symbols)
+    return " or ".join(f'"{number} {symbol}"' for symbol in usual_units(dimension))
 
 
 def _advice(text: str) -> str | None:

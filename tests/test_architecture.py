@@ -14,6 +14,7 @@ PACKAGE = Path(tendon_cli.__file__).parent
 FILES = sorted(PACKAGE.rglob("*.py"))
 GROUND = {
     "answer_record",
+    "call_options",
     "cells",
     "errors",
     "figure_marks",
@@ -38,7 +39,8 @@ MAY_IMPORT = {
     "terminal": {"errors"},
     "figure_marks": set(),
     "files": {"errors", "units"},
-    "cells": {"errors", "units"},
+    "call_options": {"errors", "units"},
+    "cells": {"errors", "files", "units"},
     "quantities": {"units"},
     "display": {"errors", "registry"},
     "registry": set(),

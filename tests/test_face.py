@@ -1,7 +1,9 @@
 """Public functions: their examples run, they import quickly, and give what the tables hold."""
 
 import doctest
+import inspect
 import json
+import pickle
 import shutil
 import signal
 import sys
@@ -144,7 +146,7 @@ def test_a_traceback_names_the_file(workplace):
     for call, place in (
         (lambda: tendon.sweep("suit.toml"), "suit.toml: the study has 1 fault:"),
         (lambda: tendon.load_study("none.toml"), "none.toml: no such file"),
-        (lambda: tendon.open("note.txt"), "note.txt: is a file"),
+        (lambda: tendon.open("note.txt"), "note.txt: this is a file"),
         (lambda: tendon.sweep({"tendon": {"pretension": "110 m"}}), "the study has 1 fault:"),
     ):
         with pytest.raises(tendon.TendonError) as caught:
@@ -161,6 +163,46 @@ def test_an_unknown_option_is_named_with_those_that_there_are(compute):
         "it has study, out, jobs, figures, resume, overwrite, lock, scheduler, progress, proving, "
         "confirm, stop"
     )
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name != "arms"])
+def test_every_function_refuses_an_unknown_option_in_the_same_words(name):
+    with pytest.raises(UsageError, match=rf'^{name}\(\) has no option "foo"$') as refused:
+        getattr(tendon, name)({}, foo=1)
+    first = next(iter(inspect.signature(getattr(tendon, name)).parameters))
+    assert refused.value.hint.startswith(f"it has {first}")
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """Return a result of each kind that has a picture."""
+    study = tendon.study({"load": {"mass": ["0 kg", "5 kg"]}})
+    answer = tendon.design(study)
+    return {
+        "study": study,
+        "state": tendon.state({}),
+        "run": tendon.sweep(study),
+        "answer": answer,
+        "fit": tendon.fit_friction(READINGS, bend_angle="144 deg"),
+        "comparison": tendon.compare(answer, answer),
+    }
+
+
+@pytest.mark.parametrize("kind", ["study", "state", "run", "answer", "fit", "comparison"])
+def test_plot_of_any_result_refuses_an_unknown_option(results, kind):
+    result = results[kind]
+    for draw in (result.plot, lambda **how: tendon.plot(result, **how)):
+        with pytest.raises(UsageError, match=r'^plot\(\) has no option "foo"$') as refused:
+            draw(foo=1)
+        assert refused.value.hint.startswith("it has result, what, out, overwrite")
+
+
+def test_a_function_is_pickled_by_its_public_name():
+    for name in NAMES:
+        function = getattr(tendon, name)
+        if name != "arms":
+            assert function.__name__ == name
+            assert pickle.loads(pickle.dumps(function)) is function  # noqa: S301
 
 
 def test_what_has_no_picture_is_refused():

@@ -130,7 +130,9 @@ def scope_words(
 
 
 def _every(noun: str, quantity: str, values: tuple[float, float]) -> str:
-    """Say a range of values: "every load from 0 to 10 kg"."""
+    """Say a range of values: "every load from 0 to 10 kg"; of a single one "the load of 5 kg"."""
     low, high = (say.quantity(quantity, value) for value in values)
+    if low == high:
+        return f"the {noun} of {high}"
     unit = high.partition(" ")[2]
     return f"every {noun} from {low.removesuffix(' ' + unit)} to {high}"

@@ -51,7 +51,7 @@ def parts_words(record: AnswerResults) -> Iterator[str]:
     if parts is None:
         return
     failures = _failures(parts)
-    if parts["strap"] is not None:
+    if parts["strap"] is not None and _is_pressed(parts["strap"]):
         yield failures.get("strap") or _strap(parts["strap"])
     yield failures.get("rope") or _rope(parts["rope"])
     yield failures.get("spool") or _spool(parts["spool"])
@@ -60,10 +60,15 @@ def parts_words(record: AnswerResults) -> Iterator[str]:
     yield _motor(parts["motor"])
 
 
+def _is_pressed(strap: StrapRecord) -> bool:
+    """Return True unless the strap never presses, so that none is too narrow."""
+    return strap["least_width"] > 0.0
+
+
 def short_parts(parts: PartsRecord) -> Iterator[str]:
     """Say in a few words each what parts the choice named first needs."""
     strap = parts["strap"]
-    if strap is not None:
+    if strap is not None and _is_pressed(strap):
         instead = ""
         if "strap" in parts["fails"]:
             instead = f" instead of {_length(strap['width'])}"

@@ -214,7 +214,11 @@ def _scope_texts(
     lines = "all conditions" if of_all else f"the conditions that {pretension} serves"
     is_in_time = curves["time"] is not None
     place = "time" if is_in_time else "angle"
-    window = "works at all times" if is_in_time else "works at every angle"
+    window = "works at every angle"
+    if is_in_time:
+        window = "works at all times"
+    elif len(set(curves["elbow_angle"])) == 1:
+        window = "works at this angle"
     room = f"works at that {place}" if of_all else f"works at that {place} for those served"
     remark = ""
     if record["serve"] < 1.0:

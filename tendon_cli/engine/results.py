@@ -22,7 +22,7 @@ from tendon_cli.engine.records import damaged_files
 from tendon_cli.engine.states import WorkedOut
 from tendon_cli.engine.table_columns import PlanColumns
 from tendon_cli.errors import FolderError, InputError, UsageError, install_hint
-from tendon_cli.files import result_path
+from tendon_cli.files import STUDIES, kind_of_file, result_path
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.registry import TaskKind, by_name, kind_of, kinds, load, record_names
 from tendon_cli.studies.load import recorded_study
@@ -273,8 +273,7 @@ def _verified_record(path: Path) -> dict[str, Any]:
         FolderError: The run is unfinished.
     """
     if not path.is_dir():
-        message = "is a file, expected the folder of a run" if path.exists() else "no such folder"
-        raise InputError(message, where=str(path))
+        raise _not_a_folder(path)
     contents = look(path)
     record = contents.record
     if record is None:
@@ -291,6 +290,20 @@ def _verified_record(path: Path) -> dict[str, Any]:
         hint = f"`tendon {record['verb']} --resume` computes just this file again"
         raise InputError("is missing, or not as it was written", where=str(path / name), hint=hint)
     return record
+
+
+def _not_a_folder(path: Path) -> InputError:
+    """Return the error for a path that is no folder; it says what a file is, and what to name."""
+    if not path.exists():
+        return InputError("no such folder", where=str(path))
+    kind = kind_of_file(path)
+    hint = None
+    if kind in STUDIES:
+        hint = f"`tendon sweep {path}` runs it"
+    elif any((path.parent / name).exists() for name in record_names()):
+        hint = f"name its folder: {path.parent}"
+    problem = f"this is {kind or 'a file'}, expected the folder of a run"
+    return InputError(problem, where=str(path), hint=hint)
 
 
 AnyResult: TypeAlias = str | PathLike[str] | Result

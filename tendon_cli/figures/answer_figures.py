@@ -191,10 +191,9 @@ def draw_between_samples(
     """
     page = answer_figure("between", choices, record)
     if page is None:
-        hint = "an answer with a window has them; `tendon design --overwrite` solves it anew"
-        raise UsageError(
-            "the answer has no limits over the angle to draw", where="--between", hint=hint
-        )
+        problem = "the answer has no window, so none over the angle to draw"
+        hint = "`tendon report` writes a page that says why, and what would help"
+        raise UsageError(problem, where="--between", hint=hint)
     return page.save(out or Path(f"{record['name']}-between.png"), overwrite=overwrite)
 
 

@@ -25,6 +25,7 @@ from tendon_cli.figures.map_data import (
 )
 from tendon_cli.figures.scales import Scale, axis_scale, caption, value_texts
 from tendon_cli.figures.style import OKABE_ITO, Colour, load_colours, sequence
+from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.filters import Condition, Truth
@@ -388,5 +389,10 @@ def _raise_empty(plan: CurvePlan, conditions: Sequence[Condition]) -> None:
     if plan.quantities == (MARGIN,) and not conditions:
         raise UsageError("no design has a margin, each has elbow angles without equilibrium")
     names = ", ".join(plan.quantities)
-    hint = "fewer or wider filters" if conditions else "--where chooses other rows"
-    raise UsageError(f"no selected row has a value of {names}", where="--where", hint=hint)
+    if conditions:
+        problem = f"no selected row has a value of {names}"
+        raise UsageError(problem, where="--where", hint="fewer or wider filters")
+    hint = None
+    if any(name in QUANTITIES and QUANTITIES[name].null != "often" for name in plan.quantities):
+        hint = "a row without equilibrium has none"
+    raise UsageError(f"no row of the table has a value of {names}", hint=hint)

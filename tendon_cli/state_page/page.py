@@ -330,8 +330,11 @@ def _notes(plan: Plan, block: Block) -> list[str]:
             "`tendon sweep` computes all, `tendon show RUN --table states` shows them"
         )
     elif count > 1:
-        notes.append(
-            f"the first of {count} states; --set 'motion.elbow_angle=75 deg' "
-            "and --set motion.direction=extension choose another"
-        )
+        options = []
+        if len(plan.elbow_angles) > 1:
+            options.append("--set 'motion.elbow_angle=75 deg'")
+        if len(plan.directions) > 1:
+            options.append("--set motion.direction=extension")
+        choose = "chooses" if len(options) == 1 else "choose"
+        notes.append(f"the first of {count} states; {' and '.join(options)} {choose} another")
     return notes

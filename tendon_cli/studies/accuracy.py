@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import GetJsonSchemaHandler
 from pydantic_core import CoreSchema
 
-from tendon_cli.studies.fields import FieldMark, SingleField, fault
+from tendon_cli.studies.fields import BARE_NUMBER, FieldMark, SingleField, fault, hint_to_write
 from tendon_cli.studies.reading_fields import SingleReadingField, dimension_of
 from tendon_cli.units import SI_UNIT, UnitError, described, parse_measure
 
@@ -49,10 +49,8 @@ class AccuracyField(FieldMark):
         if not isinstance(value, str):
             if value == 0 and not isinstance(value, bool):
                 return Accuracy(length=0.0, tension=None)
-            hint = None
-            if isinstance(value, (int, float)) and not isinstance(value, bool):
-                hint = f'write "{value} mm" or "{value} N"'
-            raise fault(_problem(value), hint)
+            is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+            raise fault(_problem(value), _hint_at_unit(repr(value)) if is_number else None)
         dimension = dimension_of(value)
         if dimension is not None:
             measure = parse_measure(value, dimension)
@@ -60,7 +58,9 @@ class AccuracyField(FieldMark):
         try:
             measure = parse_measure(value, "length")
         except UnitError as error:
-            raise fault(_problem(value), error.hint) from None
+            is_bare = BARE_NUMBER.fullmatch(value.strip())
+            hint = _hint_at_unit(value.strip()) if is_bare else error.hint
+            raise fault(_problem(value), hint) from None
         return Accuracy(length=_LENGTH.bounded(measure), tension=None)
 
     def __get_pydantic_json_schema__(
@@ -69,6 +69,11 @@ class AccuracyField(FieldMark):
         of_length = _LENGTH.text_schema()
         of_tension = _TENSION.text_schema()
         return {"anyOf": [of_length, of_tension, {"const": 0}]}
+
+
+def _hint_at_unit(number: str) -> str | None:
+    """Return the advice to write a bare number as a length or a tension that is possible."""
+    return hint_to_write([*_LENGTH.in_units(number), *_TENSION.in_units(number)])
 
 
 def _problem(value: object) -> str:

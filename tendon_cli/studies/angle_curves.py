@@ -17,7 +17,7 @@ from pydantic_core import CoreSchema
 from tendon_cli.errors import InputError
 from tendon_cli.model.kinematics import Array, Spline
 from tendon_cli.quantities import SIDES
-from tendon_cli.studies.csv_columns import Sheet, columns_of_sheet
+from tendon_cli.studies.csv_columns import Sheet, collect_columns
 from tendon_cli.studies.fields import FieldMark, SingleField, fault
 from tendon_cli.studies.magnitude import Slip, column_slips, slip_of, step_slips
 from tendon_cli.studies.number import NumberField, schema_table
@@ -118,7 +118,7 @@ class CurveColumns:
     dimensions: tuple[tuple[str, str], ...]
     """Name and dimension of each column, the angle or time first."""
     fewest: int = 3
-    """Smallest number of rows of a curve."""
+    """Smallest number of rows of a curve; two are a line."""
     optional: tuple[str, ...] = ()
     """Names of those columns that a curve may lack."""
     meaning: str = ""
@@ -177,8 +177,8 @@ class CurveColumns:
                 f"{self.first}"
             )
         wrong = disorder(np.array([*columns.values()]), self.fewest, self.first)
-        if wrong is not None:
-            raise fault(wrong[0])
+        if wrong:
+            raise fault(wrong[0][0])
         if self.is_sampled:
             slips += step_slips(np.array(columns["time"]), "s", "")
         return _ascending(columns, slips)
@@ -231,10 +231,14 @@ def _any_of(kinds: Sequence[CurveColumns]) -> str:
 SIGN_OF_TASK = "positive torque is what the flexor must give"
 """Sign of the torque of a task in words."""
 TORQUE = CurveColumns(
-    (("angle", "angle"), ("torque", "torque")), meaning="positive torque resists flexion"
+    (("angle", "angle"), ("torque", "torque")),
+    fewest=2,
+    meaning="positive torque resists flexion",
 )
-TASK_OVER_ANGLE = CurveColumns(TORQUE.dimensions, meaning=SIGN_OF_TASK)
-TASK_OVER_TIME = CurveColumns((("time", "time"), ("torque", "torque")), 2, meaning=SIGN_OF_TASK)
+TASK_OVER_ANGLE = CurveColumns(TORQUE.dimensions, fewest=2, meaning=SIGN_OF_TASK)
+TASK_OVER_TIME = CurveColumns(
+    (("time", "time"), ("torque", "torque")), fewest=2, meaning=SIGN_OF_TASK
+)
 EXCURSION = CurveColumns(
     (("angle", "angle"), ("flexor", "length"), ("extensor", "length")),
     meaning="both rise with flexion",
@@ -265,34 +269,45 @@ class BendField(NumberField):
         return [*super()._json_choices(), BEND.json_table()]
 
 
-def disorder(columns: Array, fewest: int, first: str) -> tuple[str, int] | None:
-    """Return the first problem with the columns of a curve, and its row; None if there is none.
+def disorder(columns: Array, fewest: int, first: str) -> list[tuple[str, int]]:
+    """Return the problems with the columns of a curve, each with its row.
 
     Args:
         columns: Angles or times, and values over these, (columns, rows).
         fewest: Smallest number of rows.
         first: Name of the first column.
     """
-    angles = columns[0]
-    count = len(angles)
+    count = columns.shape[1]
     if count < fewest:
-        return f"{counted(count, 'row')}, expected {fewest} at least", count
+        return [(f"{counted(count, 'row')}, expected {fewest} at least", count)]
     if count > MOST_ROWS:
-        return f"{count:,} rows, expected {MOST_ROWS:,} at most", count
-    is_finite = np.isfinite(columns).all(axis=0)
-    if not is_finite.all():
-        return "a value that is not a finite number", int(np.argmax(~is_finite))
-    order = np.argsort(angles, kind="stable")
-    same = np.flatnonzero(np.diff(angles[order]) == 0.0)
-    if same.size:
-        return f"the same {first} twice, expected each once", int(order[same[0] + 1])
-    steps = np.sign(np.diff(angles))
-    expected = steps[0] if first == "angle" else 1.0  # angles may fall, times may not
-    turned = steps != expected
-    if turned.any():
-        row = int(np.argmax(turned)) + 1
-        return f"{first}s that go back and forth, expected them to rise", row
-    return None
+        return [(f"{count:,} rows, expected {MOST_ROWS:,} at most", count)]
+    not_finite = np.flatnonzero(~np.isfinite(columns).all(axis=0))
+    if not_finite.size:
+        return [("a value that is not a finite number", row) for row in not_finite.tolist()]
+    return _unordered(columns[0], first)
+
+
+def _unordered(positions: Array, first: str) -> list[tuple[str, int]]:
+    """Return the problems with the order of angles or times, each with its row.
+
+    Args:
+        positions: Angles or times, (rows,).
+        first: Name of their column.
+    """
+    order = np.argsort(positions, kind="stable")
+    same = np.flatnonzero(np.diff(positions[order]) == 0.0)
+    problem = f"the same {first} twice, expected each once"
+    problems = [(problem, row) for row in np.sort(order[same + 1]).tolist()]
+    directions = np.sign(np.diff(positions))
+    moved = directions[directions != 0.0]
+    if not moved.size:
+        return problems
+    expected = moved[0] if first == "angle" else 1.0  # angles may fall, times may not
+    is_back = directions == -expected
+    begins = is_back & ~np.append(False, is_back[:-1])
+    problem = f"{first}s that go back and forth, expected them to rise"
+    return [*problems, *((problem, row) for row in (np.flatnonzero(begins) + 1).tolist())]
 
 
 def _quantity_of(name: str, dimension: str) -> str:
@@ -317,7 +332,9 @@ def _ascending(columns: Mapping[str, Sequence[float]], slips: tuple[Slip, ...] =
     return CurveTable({name: tuple(values[::step]) for name, values in columns.items()}, slips)
 
 
-def read_curve(content: bytes, where: str, *kinds: CurveColumns) -> tuple[CurveTable, list[str]]:
+def read_curve(
+    content: bytes, where: str, *kinds: CurveColumns, accepts_slips: bool = True
+) -> tuple[CurveTable, list[str]]:
     """Return a curve from the content of a CSV, whose headers are those of `read_columns`.
 
     A note names the columns that are not read, if there are any.
@@ -326,9 +343,11 @@ def read_curve(content: bytes, where: str, *kinds: CurveColumns) -> tuple[CurveT
         content: The file.
         where: Name of the file in errors.
         kinds: Columns that it may have; the first kind counts over whose angle or time it is.
+        accepts_slips: False to list values far from any arm among the faults of a file that has
+            others.
 
     Raises:
-        InputError: The content is not such a curve; the error names the line.
+        InputError: The content is not such a curve; the error names the lines of all faults.
     """
     sheet = Sheet.of(content, where, kinds[0].first if len(kinds) == 1 else "row")
     fitting = [kind for kind in kinds if sheet.find(kind.first) is not None]
@@ -338,25 +357,39 @@ def read_curve(content: bytes, where: str, *kinds: CurveColumns) -> tuple[CurveT
     kind = fitting[0] if fitting else kinds[0]
     present = [name for name in kind.optional if sheet.find(name) is not None]
     dimensions = kind.among(present)
-    read = columns_of_sheet(sheet, dimensions, meaning=kind.meaning)
-    lines = read.lines
-    wrong = disorder(read.values, kind.fewest, kind.first)
-    if wrong is not None:
-        problem, row = wrong
-        line = lines[min(row, len(lines) - 1)] if lines else 1
-        hint = f"a row of {', '.join(dimensions)} for each {kind.first}, in order"
-        raise InputError(problem, where=f"{where}, line {line}", hint=hint)
+    read = collect_columns(sheet, dimensions, meaning=kind.meaning)
+    places = [sheet.place(row) for row in range(len(read.lines))]
     slips: tuple[Slip, ...] = ()
-    places = [f"{where}, line {line}" for line in lines]
     for (name, dimension), values, unit in zip(
         dimensions.items(), read.values, read.units, strict=True
     ):
-        if dimension != "time":
+        if unit and dimension != "time":
             slips += column_slips(_quantity_of(name, dimension), values, unit, name, places)
-        elif kind.is_sampled:
-            slips += step_slips(values, unit, where)
+    _collect_disorder(sheet, read.values, kind)
+    sheet.raise_faults(() if accepts_slips else slips)
+    if kind.is_sampled:
+        at = [*dimensions].index("time")
+        slips += step_slips(read.values[at], read.units[at], where)
     curve = _ascending(dict(zip(dimensions, read.values.tolist(), strict=True)), slips)
     return curve, read.notes
+
+
+def _collect_disorder(sheet: Sheet, columns: Array, kind: CurveColumns) -> None:
+    """Add the problems with the rows of a curve to the faults of its sheet.
+
+    In a sheet that has faults already, the order of those rows is looked at whose angle or time
+    could be read.
+    """
+    if sheet.faults:
+        rows = np.flatnonzero(np.isfinite(columns[0]))
+        problems = _unordered(columns[0][rows], kind.first)
+        problems = [(problem, int(rows[row])) for problem, row in problems]
+    else:
+        problems = disorder(columns, kind.fewest, kind.first)
+    names = ", ".join(kind.names)
+    hint = f"a row of {names} for each {kind.first}, in order"
+    for problem, row in problems:
+        sheet.refuse(min(row, len(sheet.kept) - 1), problem, hint)
 
 
 def _without_rounding(pieces: Array, angles: Array, values: Array) -> Array:

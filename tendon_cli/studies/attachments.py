@@ -12,7 +12,7 @@ from tendon_cli.errors import Fault, InputError, StudyError
 from tendon_cli.files import has_more_lines, read_file
 from tendon_cli.quantities import SIDES
 from tendon_cli.studies import angle_curves
-from tendon_cli.studies.angle_curves import CurveTable
+from tendon_cli.studies.angle_curves import CurveColumns, CurveTable
 from tendon_cli.studies.csv_columns import Sheet
 from tendon_cli.studies.magnitude import Slip, slip_faults, slip_notes
 from tendon_cli.studies.parts import Part
@@ -137,6 +137,10 @@ class Attachments:
             self.faults.append(Fault(place, error.message, error.hint, is_of_file=True))
             return None
         self._note(key, file, content, rows=len(sheet.kept))
+        self.faults += [
+            Fault(error.where or where, error.message, error.hint, is_of_file=True)
+            for error in sheet.faults
+        ]
         columns = [texts_with_points(texts, sheet.separator) for texts in sheet.columns]
         header_place = f"{where}, line {sheet.header_line}"
         return RowCells(where, sheet.header, columns, sheet.place, header_place, are_texts=True)
@@ -223,7 +227,7 @@ class Attachments:
         from tendon_cli.studies import measured_motion  # only a trajectory pays for its import
 
         where = shorten(file, 200)
-        rows, notes = angle_curves.read_curve(content, where, angle_curves.TRAJECTORY)
+        rows, notes = self._curve(content, where, angle_curves.TRAJECTORY)
         motion = study.motion.model_copy(update={"trajectory": rows})
         short = measured_motion.short_record(motion)
         if short is not None:
@@ -255,7 +259,7 @@ class Attachments:
             is_travel = name == "excursion"
             where = shorten(file, 200)
             preferred = kinds[::-1] if has_time else kinds
-            curve, warnings = angle_curves.read_curve(content, where, *preferred)
+            curve, warnings = self._curve(content, where, *preferred)
             beyond = angle_curves.not_covered(study, curve, is_travel=is_travel)
             if beyond is not None:
                 raise InputError(beyond, where=where, hint=angle_curves.hint_to_cover(curve))
@@ -267,6 +271,12 @@ class Attachments:
             self._note(key, file, content, **facts)
             update[table] = part.model_copy(update={name: curve})
         return update
+
+    def _curve(
+        self, content: bytes, where: str, *kinds: CurveColumns
+    ) -> tuple[CurveTable, list[str]]:
+        """Return a curve as `read_curve` does; errors list slips that the study does not accept."""
+        return angle_curves.read_curve(content, where, *kinds, accepts_slips=self.accepts_slips)
 
     # --- People ----------------------------------------------------------------------------------
 
@@ -286,7 +296,8 @@ class Attachments:
         if content is None or people.statistics is not None:
             return people
         known = people.with_file("file", content)
-        persons = known.read(shorten(people.file or ""))
+        where = shorten(people.file or "")
+        persons = known.read(where, accepts_slips=self.accepts_slips)
         warnings = list(persons.notes)
         warnings += self._judged("people.file", persons.slips)
         self._note("people.file", people.file, content, persons=len(persons), warnings=warnings)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -13,15 +13,15 @@ import numpy as np
 from tendon_cli.cells import (
     SEPARATORS,
     cells_of,
-    columns_of,
     is_comment,
     lines_of,
     not_read,
     raise_all,
-    texts_of,
+    split_rows,
 )
 from tendon_cli.errors import InputError
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Flags
+from tendon_cli.studies.magnitude import Slip, hint_at_units
 from tendon_cli.units import UNITS, factor_of, known_units, shorten
 
 _NUMBER = r"^[+-]?([0-9]{1,40}\.?[0-9]{0,40}|\.[0-9]{1,40})([eE][+-]?[0-9]{1,3})?$"
@@ -43,17 +43,22 @@ class Sheet:
     lines: list[str]
     """All lines of the file."""
     kept: list[int]
-    """Places of the rows among the lines, counted from 0."""
+    """Places of the rows that have all their cells among the lines, counted from 0."""
     separator: str
     """Comma, semicolon or tab."""
     columns: list[Any]
     """Texts of each column, as arrays of Arrow or as plain lists."""
     faults: list[InputError] = field(default_factory=list)
-    """Faults found so far; `raise_faults` raises them as one error."""
+    """Faults found so far, first those of rows that are left out as they lack cells.
+
+    `raise_faults` raises them as one error.
+    """
 
     @classmethod
     def of(cls, content: bytes, where: str, row: str, *, as_lists: bool = False) -> Sheet:
         """Return the sheet of a file, with a comma, semicolon or tab between cells.
+
+        Rows with too few or too many cells are left out, and are faults of the sheet.
 
         Args:
             content: The file.
@@ -62,7 +67,7 @@ class Sheet:
             as_lists: True for columns of plain lists, for cells that are read one by one.
 
         Raises:
-            InputError: The file is not such a table.
+            InputError: The file is not such a table, or none of its rows has all cells.
         """
         lines = lines_of(content, where)
         kept = [place for place, line in enumerate(lines) if not is_comment(line)]
@@ -75,9 +80,19 @@ class Sheet:
         if len(kept) < 2:
             problem = f"holds no {row}s, expected a header and a line for each {row}"
             raise InputError(problem, where=where)
-        split = columns_of if as_lists else texts_of
-        columns = split(lines, kept[1:], separator, where, len(header), len(header))
-        return cls(where, header, kept[0] + 1, lines, kept[1:], separator, columns)
+        split = split_rows(lines, kept[1:], separator, where, len(header), len(header))
+        if not split.rows:
+            raise_all(split.faults, where)
+        return cls(
+            where=where,
+            header=header,
+            header_line=kept[0] + 1,
+            lines=lines,
+            kept=split.places,
+            separator=separator,
+            columns=split.lists() if as_lists else split.arrays(),
+            faults=split.faults,
+        )
 
     def place(self, row: int) -> str:
         """Return file and line of a row, for errors."""
@@ -106,6 +121,10 @@ class Sheet:
         names = [text for place, text in enumerate(self.header) if place not in places]
         return not_read(names, self.where)
 
+    def refuse(self, row: int, problem: str, hint: str | None = None) -> None:
+        """Add a fault of a row."""
+        self.faults.append(InputError(problem, where=self.place(row), hint=hint))
+
     @contextmanager
     def collected(self) -> Iterator[None]:
         """Keep an InputError for `raise_faults`, so that others of the file are found, too."""
@@ -114,9 +133,24 @@ class Sheet:
         except InputError as error:
             self.faults.append(error)
 
-    def raise_faults(self) -> None:
-        """Raise all faults found so far as one InputError, if there are any."""
-        raise_all(self.faults, self.where)
+    def raise_faults(self, slips: Sequence[Slip] = ()) -> None:
+        """Raise all faults found so far as one InputError, if there are any.
+
+        Args:
+            slips: Values far from any arm, which are told beside the faults. They are no faults by
+                themselves: a study may accept them.
+        """
+        if not self.faults:
+            return
+        implausible = [
+            InputError(
+                replace(slip, place="").problem,
+                where=slip.place,
+                hint=hint_at_units(slip.suggestions),
+            )
+            for slip in slips
+        ]
+        raise_all([*self.faults, *implausible], self.where)
 
     def numbers(self, at: int, name: str, missing: tuple[str, ...] = ()) -> Array:
         """Return the numbers of a column.
@@ -135,17 +169,30 @@ class Sheet:
         texts = self.columns[at]
         if self.separator != ",":
             texts = pc.replace_substring(texts, ",", ".")
-        is_missing = pc.is_in(pc.utf8_lower(texts), value_set=pa.array(missing, pa.string()))
         is_number = pc.match_substring_regex(texts, _NUMBER)
-        is_good = pc.or_(is_missing, is_number)
-        for row in np.flatnonzero(~is_good.to_numpy(zero_copy_only=False)).tolist():
+        is_good = is_number.to_numpy(zero_copy_only=False) | self.is_missing(at, missing)
+        for row in np.flatnonzero(~is_good).tolist():
             found = shorten(self.columns[at][row].as_py())
             line = shorten(self.lines[self.kept[row]].strip())
             hint = f"units belong in the header; the line reads: {line}"
             problem = f'{name} is "{found}", expected a number'
-            self.faults.append(InputError(problem, where=self.place(row), hint=hint))
+            self.refuse(row, problem, hint)
         plain = pc.utf8_ltrim(pc.if_else(is_number, texts, "nan"), "+")
         return np.asarray(pc.cast(plain, pa.float64()).to_numpy(zero_copy_only=False))
+
+    def is_missing(self, at: int, missing: tuple[str, ...]) -> Flags:
+        """Return a mask of the cells of a column that say that there is no number, (rows,).
+
+        Args:
+            at: Place of the column.
+            missing: Texts of such cells in lower case.
+        """
+        import pyarrow as pa
+        import pyarrow.compute as pc
+
+        words = pa.array(missing, pa.string())
+        found = pc.is_in(pc.utf8_lower(self.columns[at]), value_set=words)
+        return np.asarray(found.to_numpy(zero_copy_only=False))
 
 
 def name_and_unit(header: str, names: tuple[str, ...]) -> tuple[str, str] | None:
@@ -202,13 +249,13 @@ class ReadColumns:
     notes: list[str]
     """Note that names the columns that are not read, if there are any."""
     units: list[str]
-    """Symbol of the unit of each column as the file has it."""
+    """Symbol of the unit of each column as the file has it; empty for a faulty header."""
 
 
 def read_columns(
     content: bytes, where: str, columns: Mapping[str, str], row: str, unit: str = ""
 ) -> ReadColumns:
-    """Return columns of numbers, as `columns_of_sheet` reads them.
+    """Return columns of numbers, as `collect_columns` reads them.
 
     Args:
         content: The file.
@@ -221,13 +268,16 @@ def read_columns(
         InputError: Columns are missing, have no unit, or hold no numbers; the error names the lines
             of all faults.
     """
-    return columns_of_sheet(Sheet.of(content, where, row), columns, unit)
+    sheet = Sheet.of(content, where, row)
+    read = collect_columns(sheet, columns, unit)
+    sheet.raise_faults()
+    return read
 
 
-def columns_of_sheet(
+def collect_columns(
     sheet: Sheet, columns: Mapping[str, str], unit: str = "", meaning: str = ""
 ) -> ReadColumns:
-    """Return columns of numbers.
+    """Return columns of numbers; what cannot be read is a fault of the sheet, and NaN.
 
     A header is a name with its unit, such as `angle (deg)` or `torque_Nm`.
 
@@ -236,15 +286,11 @@ def columns_of_sheet(
         columns: Dimension of each column by its name.
         unit: Unit of a column whose header has none.
         meaning: What the numbers mean, such as their sign, for errors on a missing column.
-
-    Raises:
-        InputError: Columns are missing, have no unit, or hold no numbers; the error names the lines
-            of all faults.
     """
-    numbers = []
-    units = []
+    numbers = np.full((len(columns), len(sheet.kept)), np.nan)
+    units = [""] * len(columns)
     places = set()
-    for name, dimension in columns.items():
+    for number, (name, dimension) in enumerate(columns.items()):
         with sheet.collected():
             column = sheet.find(name)
             if column is None:
@@ -254,11 +300,9 @@ def columns_of_sheet(
             places.add(at)
             values = sheet.numbers(at, name)
             for place in np.flatnonzero(np.abs(values) > _LARGEST).tolist():
-                problem = f"{name} is {values[place]:g}, expected {_LARGEST:g} at most"
-                sheet.faults.append(InputError(problem, where=sheet.place(place)))
+                sheet.refuse(place, f"{name} is {values[place]:g}, expected {_LARGEST:g} at most")
             symbol = unit_symbol(name, own_unit or unit, dimension, sheet.header_place)
-            numbers.append(values * factor_of(symbol))
-            units.append(symbol)
-    sheet.raise_faults()
+            numbers[number] = values * factor_of(symbol)
+            units[number] = symbol
     lines = [place + 1 for place in sheet.kept]
-    return ReadColumns(np.array(numbers), lines, sheet.ignored(places), units)
+    return ReadColumns(numbers, lines, sheet.ignored(places), units)

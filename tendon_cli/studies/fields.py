@@ -8,7 +8,7 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -37,8 +37,8 @@ from tendon_cli.units import (
     parse_measure,
     shorten,
     to_float,
+    usual_units,
     wanted,
-    with_unit,
 )
 
 _MOST_NAMED = 9
@@ -50,7 +50,7 @@ _MOST_MEANT = 4
 _LARGEST = 1e300
 """Bound below which a bare number counts as finite."""
 
-_BARE = re.compile(r"[+-]?(\d{1,20}\.?\d{0,20}|\.\d{1,20})([eE][+-]?\d{1,2})?")
+BARE_NUMBER = re.compile(r"[+-]?(\d{1,20}\.?\d{0,20}|\.\d{1,20})([eE][+-]?\d{1,2})?")
 """Pattern of a number without a unit."""
 
 # --- Faults --------------------------------------------------------------------------------------
@@ -67,11 +67,17 @@ def fault_inside(name: str, error: PydanticCustomError) -> PydanticCustomError:
     return fault(f"{name}: {context['problem']}", context["hint"])
 
 
+def hint_to_write(values: Sequence[str]) -> str | None:
+    """Return the advice to write one of some values; None if there are none."""
+    listed = " or ".join(f'"{value}"' for value in values)
+    return f"write {listed}" if listed else None
+
+
 def hint_at_nearest(name: str, known: Iterable[str], cutoff: float = 0.5) -> str | None:
     """Return a hint with the known name most like an unknown one; None if none is like it.
 
-    If several known names say the unknown one with more words, it may be any of them. What a name
-    is of stands last in it: if some of them end in the same word, it is one of these.
+    If known names say the unknown one with more words, it may be any of them. What a name is of
+    stands last in it: if some of them end in the same word, it is one of these.
 
     Args:
         name: The unknown name.
@@ -82,7 +88,8 @@ def hint_at_nearest(name: str, known: Iterable[str], cutoff: float = 0.5) -> str
     words = set(name.split("_")) - _EXTREMES
     longer = [known_name for known_name in names if words and words < set(known_name.split("_"))]
     same_noun = [known_name for known_name in longer if known_name.split("_")[-1] in words]
-    if name not in names and 1 < len(longer) <= _MOST_MEANT:
+    is_any_of_them = 1 < len(longer) <= _MOST_MEANT
+    if name not in names and (is_any_of_them or len(same_noun) == 1):
         longer = same_noun or longer
         listed = " or ".join(f'"{known_name}"' for known_name in longer)
         return f"did you mean {listed}?"
@@ -286,8 +293,8 @@ class SingleField(FieldMark):
                 return parse_measure(value, dimension)
             except UnitError as error:
                 hint = error.hint
-                if dimension == self.quantity.dimension and _BARE.fullmatch(value.strip()):
-                    hint = self._hint_at_unit(value.strip()) or hint
+                if dimension == self.quantity.dimension and BARE_NUMBER.fullmatch(value.strip()):
+                    hint = hint_to_write(self.in_units(value.strip()))
                 raise fault(error.problem, hint) from None
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise fault(f"{described(value)} is not a number, expected {self.wanted}")
@@ -295,7 +302,7 @@ class SingleField(FieldMark):
             raise fault(f"{described(value)} is not a finite number, expected {self.wanted}")
         if dimension == "angle" and value != 0:
             problem = f"{value!r} may be degrees or radians, expected {self.wanted}"
-            raise fault(problem, f"write {with_unit(repr(value), dimension)}")
+            raise fault(problem, hint_to_write(self.in_units(repr(value))))
         return measure_of_number(float(value), dimension)
 
     def bounded(self, measure: Measure) -> float:
@@ -329,21 +336,23 @@ class SingleField(FieldMark):
         """Smallest and largest plausible value, SI: all that is possible if no range is known."""
         return PLAUSIBLE.get(self.name, (self.low, self.high))
 
-    def _hint_at_unit(self, number: str) -> str | None:
-        """Return a hint that writes a bare number in the usual unit of the field.
+    def in_units(self, number: str) -> list[str]:
+        """Return a bare number in the units in which it is possible, for a hint; none if in none.
 
-        If it would be implausible in this unit, it is written in one in which it is plausible.
-        Return None if there is none, or if an angle may be in either unit.
+        It is in the usual unit of the field, or else in one in which it is plausible. An angle may
+        be in either of its units.
         """
-        usual = self.quantity.shown_in
-        if self.quantity.dimension in ("angle", "angular speed"):
-            return None
+        dimension = self.quantity.dimension
+        if dimension in ("angle", "angular speed"):
+            measures = [Measure(number, UNITS[symbol]) for symbol in usual_units(dimension)]
+            possible = [one for one in measures if self.low <= one.si <= self.high]
+            return [f"{number} {one.unit.symbol}" for one in possible]
         low, high = self.plausible
+        usual = self.quantity.shown_in
         measure = Measure(number, UNITS[usual])
         if low <= measure.si <= high:
-            return f'write "{number} {usual}"'
-        meant = units_that_fit(measure, low, high)
-        return f'write "{meant[0]}"' if meant else None
+            return [f"{number} {usual}"]
+        return units_that_fit(measure, max(low, self.low), min(high, self.high))[:1]
 
     def __get_pydantic_json_schema__(
         self, core: CoreSchema, handler: GetJsonSchemaHandler

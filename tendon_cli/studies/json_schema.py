@@ -97,19 +97,27 @@ def _names_in(path: list[str]) -> list[str]:
 # --- Faults --------------------------------------------------------------------------------------
 
 
-def faults_of(error: ValidationError, places: KeyPlaces) -> list[Fault]:
-    """Return the faults of the keys of a study, each with its line if the file has one."""
+def faults_of(
+    error: ValidationError, places: KeyPlaces, *, has_tables: bool = False
+) -> list[Fault]:
+    """Return the faults of the keys of a study, each with its line if the file has one.
+
+    Args:
+        error: The error of the study's validation.
+        places: Places of the keys.
+        has_tables: True if the study has a `[[table]]`, whose columns may be taken for limits.
+    """
     details = error.errors(include_url=False)
-    faults = [_fault(detail, places) for detail in details[:MOST_FAULTS]]
+    faults = [_fault(detail, places, has_tables=has_tables) for detail in details[:MOST_FAULTS]]
     if len(details) > MOST_FAULTS:
         faults.append(Fault("", f"and {len(details) - MOST_FAULTS} more faults"))
     return faults
 
 
-def _fault(detail: Any, places: KeyPlaces) -> Fault:
+def _fault(detail: Any, places: KeyPlaces, *, has_tables: bool) -> Fault:
     """Return one fault from what pydantic reports."""
     path = [str(part) for part in detail["loc"]]
-    problem, hint = _problem_and_hint(detail, path)
+    problem, hint = _problem_and_hint(detail, path, has_tables=has_tables)
     whole_key = ".".join(path)
     if path == ["name"] and places.line_of(whole_key) is None:
         hint = hint or "a study without a name is named after its file"
@@ -125,7 +133,7 @@ _FALLEN_AWAY = {
 """Keys of earlier versions, each with what to do now."""
 
 
-def _problem_and_hint(detail: Any, path: list[str]) -> tuple[str, str | None]:
+def _problem_and_hint(detail: Any, path: list[str], *, has_tables: bool) -> tuple[str, str | None]:
     """Return the problem and a hint, in our words, from what pydantic reports."""
     kind = detail["type"]
     given = described(detail.get("input"))
@@ -139,7 +147,7 @@ def _problem_and_hint(detail: Any, path: list[str]) -> tuple[str, str | None]:
             return "is the same for all cases", hint
         if key in _FALLEN_AWAY:
             return "is no longer a key", _FALLEN_AWAY[key]
-        return "unknown key", _hint_at_key(path, given)
+        return "unknown key", _hint_at_key(path, given, has_tables=has_tables)
     if kind == "literal_error":
         words = [word.strip(" '") for word in context["expected"].replace(" or ", ",").split(",")]
         expected = context["expected"].replace("'", '"')
@@ -165,7 +173,7 @@ def _problem_and_hint(detail: Any, path: list[str]) -> tuple[str, str | None]:
     return problems.get(kind, message[:1].lower() + message[1:]), None
 
 
-def _hint_at_key(path: list[str], given: str) -> str:
+def _hint_at_key(path: list[str], given: str, *, has_tables: bool) -> str:
     """Return a hint at an unknown key.
 
     It names the nearest key of its table, or another table with a key of this name, or all keys of
@@ -175,6 +183,7 @@ def _hint_at_key(path: list[str], given: str) -> str:
     Args:
         path: The key, part by part.
         given: Its value, as it is told.
+        has_tables: True if the study has a `[[table]]`.
     """
     name = path[-1]
     known = _names_in(path[:-1])
@@ -187,7 +196,7 @@ def _hint_at_key(path: list[str], given: str) -> str:
     alike = difflib.get_close_matches(name, list(elsewhere), n=1, cutoff=0.75)
     if alike:
         return f'did you mean "{elsewhere[alike[0]]}"?'
-    if path[:-1] == ["limits"]:
+    if path[:-1] == ["limits"] and has_tables:
         filtered = f'tendon show RESULTS --where "{name} < {given.strip(chr(34))}"'
         return f"if {name} is a column of a [[table]], filter the answer: `{filtered}`"
     return f"known here: {', '.join(known)}"

@@ -396,7 +396,7 @@ def _validated(content: dict[str, Any], places: KeyPlaces) -> tuple[Study | None
             return Study.model_validate(rest), faults
         except ValidationError as error:
             if not faults:
-                faults = faults_of(error, places)
+                faults = faults_of(error, places, has_tables=bool(content.get("table")))
                 rest = deepcopy(content)
             details = error.errors(include_url=False)
             at_fault = [_innermost(rest, detail["loc"]) for detail in details]

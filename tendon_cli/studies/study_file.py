@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.files import read_file
+from tendon_cli.files import CSV, STUDIES, TABLE, kind_of_file, read_file
 from tendon_cli.studies.toml_reading import (
     LONG_INTEGER,
     MAX_BYTES,
@@ -40,22 +40,9 @@ _HINTS = {
 """Hints by pieces of the YAML parser's messages."""
 
 
-_KINDS = {
-    ".csv": "a CSV",
-    ".tsv": "a CSV",
-    ".parquet": "a table in Parquet",
-    ".json": "JSON",
-    ".html": "a page",
-    ".png": "a figure",
-    ".svg": "a figure",
-    ".pdf": "a figure",
-    ".xlsx": "a workbook of a spreadsheet",
-    ".py": "a program in Python",
-}
-"""Kinds of files that are no study, by their endings."""
 _USED_BY = {
-    "a CSV": "`tendon fit-friction` reads load-cell readings; a study names its other CSVs by key",
-    "a table in Parquet": "`tendon show` and `tendon export` read tables",
+    CSV: "`tendon fit-friction` reads load-cell readings; a study names its other CSVs by key",
+    TABLE: "`tendon show` and `tendon export` read tables",
 }
 """Hints at what a file of another kind is for."""
 
@@ -69,8 +56,8 @@ def read_document(path: Path) -> Document:
     Raises:
         StudyError: The file cannot be read, is of another kind, or is not of its grammar.
     """
-    kind = _KINDS.get(path.suffix.lower())
-    if kind is not None and path.is_file():
+    kind = kind_of_file(path)
+    if kind is not None and kind not in STUDIES and path.is_file():
         raise refused(f"this is {kind}, expected a study in TOML or YAML", _USED_BY.get(kind))
     content = _bytes(path)
     try:

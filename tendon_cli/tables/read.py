@@ -17,13 +17,15 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from tendon_cli.errors import InputError, is_memory_short
-from tendon_cli.files import read_file
+from tendon_cli.files import CSV, TABLE, kind_of_file, open_file, read_file
 from tendon_cli.registry import record_names
 from tendon_cli.tables.footer import facts_in, read_whole
 from tendon_cli.version import RESULTS_VERSION, reader_of
 
 _LONGEST_RECORD = 2**30
 """Largest size of a record that is read, bytes."""
+_PARQUET = b"PAR1"
+"""First bytes of a file in Parquet."""
 
 
 class AnyTable(ABC):
@@ -182,6 +184,7 @@ def open_table(path: Path, records: Mapping[str, Any] | None = None) -> TableFil
         InputError: The table is damaged or incomplete, is not one of tendon's, or does not belong
             to the run in whose folder it is.
     """
+    _check_kind(path)
     files = [path]
     if path.is_dir():
         files = sorted(path.glob("part-*.parquet"), key=_by_number)
@@ -201,6 +204,28 @@ def open_table(path: Path, records: Mapping[str, Any] | None = None) -> TableFil
         ) from None
     _check_run(path, table, records_in(path.parent) if records is None else records)
     return table
+
+
+def _check_kind(path: Path) -> None:
+    """Raise InputError for a file that is no table in Parquet, by its ending or its beginning.
+
+    One that is called a table may be damaged anywhere, and is looked at by who verifies it.
+    """
+    kind = kind_of_file(path)
+    if kind == TABLE or not path.is_file():
+        return
+    with _damage_in(path), open_file(path) as opened:
+        is_parquet = opened.read(len(_PARQUET)) == _PARQUET
+    if is_parquet:
+        return
+    found = "this is not a table in Parquet" if kind is None else f"this is {kind}"
+    hint = None
+    if kind == CSV:
+        hint = "`tendon show` and `tendon export` read a CSV of people"
+    elif path.name in record_names():
+        hint = f"name its folder: {path.parent}"
+    problem = f"{found}, expected a table or the folder of a run"
+    raise InputError(problem, where=str(path), hint=hint)
 
 
 def records_in(folder: Path) -> dict[str, Any]:

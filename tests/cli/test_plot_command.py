@@ -152,3 +152,28 @@ def test_an_option_that_a_figure_has_no_use_for_is_refused(
     assert option in ran.err
     assert "no use" in ran.err
     assert not list(workplace.glob("*.png"))
+
+
+def test_a_column_of_nulls_is_told_without_a_filter_that_nobody_gave(workplace):
+    motion = {
+        "speed": "60 deg/s",
+        "elbow_angle": {"from": "0 deg", "to": "170 deg", "num": 5},
+    }
+    run = tendon_library.sweep({"load": {"mass": ["0 kg", "5 kg"]}, "motion": motion})
+    assert run.designs["efficiency"].isna().all()
+    with pytest.raises(
+        tendon_library.UsageError, match="no row of the table has a value of eff"
+    ) as raised:
+        run.plot("efficiency")
+    assert "--where" not in f"{raised.value} {raised.value.hint}"
+    with pytest.raises(tendon_library.UsageError, match="no selected row has a value") as raised:
+        run.plot("efficiency", where="load_mass >= 0 kg")
+    assert raised.value.where == "--where"
+
+
+def test_an_answer_without_a_window_is_told_to_have_none(tendon, workplace):
+    limits = {"max_tension": "1 N"}
+    assert not tendon_library.design({"limits": limits}, "answer").feasible
+    told = tendon("plot", "--between", "answer").err
+    assert "the answer has no window" in told
+    assert "--overwrite" not in told

@@ -85,7 +85,7 @@ REFUSED = [
     ("sweep study.toml --no-figures --out study.toml", 7, "folder", "study.toml"),
     ("check nowhere", 3, "input", "nowhere: no such folder"),
     ("report nowhere", 3, "input", "nowhere: no such folder"),
-    ("check run/designs.parquet", 3, "input", "is a file, expected the folder of a run"),
+    ("check run/designs.parquet", 3, "input", "a table in Parquet, expected the folder of a run"),
     ("plot empty", 3, "input", ""),
     ("show empty", 3, "input", "no table"),
     ("show nothing", 3, "input", "no such"),
@@ -137,6 +137,60 @@ def examples(tmp_path_factory, configs):
 def contents():
     """Return the bytes of every file of the working directory by path, None for a folder."""
     return {path: path.read_bytes() if path.is_file() else None for path in Path().rglob("*")}
+
+
+KINDS_OF_FILES = {
+    "people.csv": "a CSV",
+    "figure.png": "a figure",
+    "figure.svg": "a figure",
+    "page.html": "a page",
+    "run.json": "JSON",
+    "notes.txt": None,
+    "study.toml": "a study",
+    "run.parquet": "a table",
+}
+"""Kinds of files by their names, None for one that is not known."""
+READERS = {
+    "plot {}": "expected a table or the folder of a run",
+    "show {}": "expected a table or the folder of a run",
+    "export {} rows.csv": "expected a table or the folder of a run",
+    "check {}": "expected the folder of a run",
+    "check run --baseline {}": "expected the folder of a run",
+    "report {}": "expected the folder of a run",
+    "compare {} run": "expected the folder of a run",
+    "plot --between {}": "expected the folder of a run",
+    "sweep {} --dry-run": "expected a study",
+    "state {}": "expected a study",
+    "plot --arm {}": "expected a study",
+    "fit-friction {}": "expected a CSV",
+}
+"""Words for the kind of file that each command expects."""
+READ = {("show {}", "a CSV"), ("export {} rows.csv", "a CSV"), ("fit-friction {}", "a CSV")}
+"""Commands that take files of a kind."""
+READ |= {(line, "a table") for line in ("plot {}", "show {}", "export {} rows.csv")}
+READ |= {(line, "a study") for line, expected in READERS.items() if expected == "expected a study"}
+
+
+@pytest.mark.parametrize("line", READERS)
+def test_a_file_of_another_kind_is_called_what_it_is(tendon, workplace, examples, line):
+    shutil.copytree(examples, workplace, dirs_exist_ok=True)
+    for file, kind in KINDS_OF_FILES.items():
+        if (line, kind) in READ:
+            continue
+        if file != "study.toml":
+            Path(file).write_bytes(b"name,weight (kg)\nAda,70\n")
+        ran = tendon(*shlex.split(line.format(file)))
+        assert ran.exit in (2, 3), file
+        assert "damaged" not in ran.err
+        assert kind is None or kind in ran.err, file
+        if kind is not None:
+            assert READERS[line] in ran.err, file
+
+
+def test_a_file_of_a_run_in_place_of_its_folder_leads_to_the_folder(tendon, workplace, examples):
+    shutil.copytree(examples, workplace, dirs_exist_ok=True)
+    for line in ("show {}", "plot {}", "check {}", "report {}"):
+        assert "name its folder: run" in tendon(*line.format("run/run.json").split()).err
 
 
 @pytest.mark.parametrize(

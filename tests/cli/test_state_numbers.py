@@ -296,3 +296,13 @@ def test_a_number_that_json_does_not_have_is_null():
     record = replace(page, lines=(line,)).record
     assert record["lines"][0]["values"] == [None, None, None, 1.0]
     json.dumps(record, allow_nan=False)
+
+
+@pytest.mark.parametrize("angles", [["60 deg"], ["10 deg", "60 deg"]])
+@pytest.mark.parametrize("directions", [["flexion"], ["flexion", "extension"]])
+def test_the_note_on_other_states_names_what_can_be_chosen(angles, directions):
+    motion = {"elbow_angle": angles, "direction": directions}
+    text = " ".join(tendon_cli.state({"motion": motion}).text.split())
+    assert ("motion.elbow_angle=" in text) == (len(angles) > 1)
+    assert ("motion.direction=" in text) == (len(directions) > 1)
+    assert ("chooses another" in text) == (len(angles) + len(directions) == 3)

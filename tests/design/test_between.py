@@ -144,6 +144,23 @@ def test_the_choices_that_an_answer_names_are_proved_and_it_says_so():
     assert is_proven.tolist() == [choice in named for choice in range(2)]
 
 
+@pytest.mark.parametrize("load", ["5 kg", ["0 kg", "5 kg"]])
+def test_a_window_of_one_angle_is_proved_for_this_angle(load):
+    content = {
+        "spring": {"stiffness": "5 kN/m"},
+        "spool": {"ratio": 0.6},
+        "motion": {"elbow_angle": "60 deg"},
+        "load": {"mass": load},
+    }
+    answer = tendon.design(content)
+    scope = answer.record["between_samples"]["scope"]
+    assert scope.startswith("the angle of 60 deg")
+    assert ("every load from 0 to 5 kg" in scope) == isinstance(load, list)
+    for text in (answer.text, answer.short):
+        assert "60 to 60" not in text
+        assert "for the angle of 60 deg" in " ".join(text.split())
+
+
 def test_a_window_for_which_the_cells_do_not_suffice_is_open(monkeypatch):
     monkeypatch.setattr(subdivision, "MOST_CELLS", 33)
     answer = tendon.design(tendon.study({"spring": {"stiffness": 5e3}, "spool": {"ratio": 0.6}}))

@@ -174,7 +174,7 @@ def test_measured_travels_press_from_the_first_angle_unless_the_study_says_from_
 
 
 def test_the_angle_of_contact_may_differ_among_conditions_and_the_width_among_choices():
-    """What is worst under all conditions is the worst of what is worst under each of them."""
+    """The worst under all conditions is the worst of those under each of them."""
     angles = ["10 deg", "60 deg"]
     widths = {"contact_width": ["60 mm", "80 mm"]}
 
@@ -193,3 +193,19 @@ def test_the_angle_of_contact_may_differ_among_conditions_and_the_width_among_ch
     assert together.pretension_to == pytest.approx(np.min(last, axis=0), rel=1e-9)
     assert together.worst.max_contact_pressure == pytest.approx(np.max(pressure, axis=0), rel=1e-9)
     assert len(np.unique(together.worst.max_contact_pressure)) == len(widths["contact_width"])
+
+
+@pytest.mark.parametrize("contact_from", ["10 deg", "80 deg"])
+def test_a_strap_that_never_presses_is_none_of_the_parts_needed(contact_from):
+    content = {
+        "spring": {"stiffness": "5 kN/m"},
+        "spool": {"ratio": 0.6},
+        "load": {"mass": "5 kg"},
+        "motion": {"elbow_angle": "60 deg"},
+        "arm": {"contact_radius": "40 mm", "contact_from": contact_from},
+    }
+    answer = tendon.design(content)
+    is_pressed = answer.record["parts_needed"]["strap"]["least_width"] > 0.0
+    assert is_pressed == (contact_from == "10 deg")
+    for text in (answer.short, answer.text):
+        assert ("strap" in text) == is_pressed

@@ -179,3 +179,15 @@ def test_a_joint_by_its_travels_is_drawn_as_curves_through_what_was_measured() -
         slope = np.gradient(values, np.radians(angle))
         np.testing.assert_allclose(slope[1:-1], arm.get_ydata()[1:-1], rtol=1e-3)
     assert travel_panel.get_xlabel() == "ankle angle θ (deg)"
+
+
+def test_a_window_of_one_angle_is_said_to_work_at_this_angle() -> None:
+    content = {
+        "spring": {"stiffness": "8 kN/m"},
+        "spool": {"ratio": 0.5},
+        "motion": {"elbow_angle": "60 deg"},
+    }
+    text = " ".join(words(tendon.design(content).plot("between")).split())
+    assert "window: works at this angle" in text
+    assert "Proved for the angle of 60 deg." in text
+    assert "every angle" not in text

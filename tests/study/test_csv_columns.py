@@ -6,7 +6,7 @@ import pytest
 from tendon_cli.cells import MOST_FAULTS, lines_of
 from tendon_cli.errors import InputError, StudyError
 from tendon_cli.studies.csv_columns import read_columns
-from tendon_cli.studies.load import load_study
+from tendon_cli.studies.load import any_study, load_study
 from tendon_cli.studies.people.persons_csv import read_persons
 
 CURVE = {"angle": "angle", "torque": "torque"}
@@ -49,6 +49,112 @@ def test_every_fault_of_persons_is_told():
     with pytest.raises(InputError) as raised:
         read_persons(b"weight (kg),stature (cm),sex\n70,x,m\n-7,180,q\n", "people.csv")
     for words in ('stature is "x"', "weight is -7 kg"):
+        assert words in raised.value.message
+
+
+FAULTY_FILES = {
+    "people.file": (
+        "name,weight (kg),stature (mm),sex,weighting",
+        "A,70,1750,male,1",
+        ("B,7000,1750,male,1", "weight of 7000 kg is far"),
+        ("C,70,17,male,1", "stature of 17 mm is far"),
+        ("D,70,1750,foo,1", 'sex is "foo"'),
+        ("E,70,1750,fem,1", 'sex is "fem"'),
+        ("F,-3,1750,male,1", "weight is -3 kg"),
+        ("G,0,1750,male,1", "weight is 0 kg"),
+        ("A,70,1750,male,1", '"A" is the name of two persons'),
+        ("H,,,male,1", "without any dimension"),
+        ("I,70", "2 cells where the header has 5"),
+    ),
+    "joint.torque": (
+        "angle (deg),torque (N m)",
+        "0,1",
+        ("10,x", 'torque is "x"'),
+        ("20", "1 cell where the header has 2"),
+        ("30,1e99", "torque is 1e+99"),
+        ("40,9000", "torque of 9000 N m is far"),
+        ("35,1", "go back and forth"),
+        ("y,1", 'angle is "y"'),
+        ('60,"1', "not a row of CSV"),
+        ("40,1", "the same angle twice"),
+        ("140,1", None),
+    ),
+    "sheath.path": (
+        "x (mm),y (mm),z (mm)",
+        "0,0,0",
+        ("1,a,0", 'y is "a"'),
+        ("2,,0", 'y is ""'),
+        ("3,1", "2 cells where the header has 3"),
+        ("4,1,1e99", "z is 1e+99"),
+    ),
+    "table": (
+        "name,spring.stiffness (kN/m),spool.ratio",
+        "A,3,0.6",
+        ("B,x,0.6", '"x" is not one number'),
+        ("C,3", "2 cells where the header has 3"),
+        ("A,3,0.6", '"A" is the name of two rows'),
+        ("D,3,0", "0 is impossible"),
+        ("E,90000,0.6", '"90000 kN/m" is far from any arm'),
+    ),
+}
+"""Header, a good line, and lines at fault with words for each, by the key that names the file."""
+
+
+def faults_of_file(folder, key, *lines):
+    """Return the error of a study that names a file of these lines."""
+    (folder / "file.csv").write_text("\n".join(lines) + "\n")
+    table, _, name = key.partition(".")
+    content = {table: {name: "file.csv"}}
+    if key == "table":
+        content = {"table": [{"name": "part", "file": "file.csv"}]}
+    with pytest.raises((InputError, StudyError)) as raised:
+        any_study(content)
+    return str(raised.value)
+
+
+@pytest.mark.parametrize("key", FAULTY_FILES)
+def test_all_faults_of_any_file_are_told_at_once(key, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    header, good, *faulty = FAULTY_FILES[key]
+    text = faults_of_file(tmp_path, key, header, good, *(line for line, _ in faulty))
+    for number, (line, words) in enumerate(faulty, start=3):
+        told = [part for part in text.splitlines() if f"line {number}" in part]
+        assert words is None or any(words in part for part in told), line
+
+
+@pytest.mark.parametrize("key", FAULTY_FILES)
+def test_a_row_of_another_length_hides_no_other_fault(key, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    header, good, *faulty = FAULTY_FILES[key]
+    needs_another_row = ("forth", "twice")
+    for line, words in faulty:
+        if words is None or any(word in words for word in needs_another_row):
+            continue
+        text = faults_of_file(tmp_path, key, header, good, good + ",1,2,3", line)
+        assert words in text
+        assert "line 3" in text
+
+
+def test_faults_are_listed_in_the_order_of_their_lines():
+    with pytest.raises(InputError) as raised:
+        read("angle (deg),torque (N m)\n0,x\ny,1\n20,z\n30\n")
+    lines = [part.split(":")[0].strip() for part in raised.value.message.splitlines()[1:]]
+    assert lines == ["line 2", "line 3", "line 4", "line 5"]
+
+
+def test_values_that_a_study_accepts_are_no_faults_beside_others():
+    content = b"weight (kg),sex\n7000,m\n70,q\n"
+    with pytest.raises(InputError, match='sex is "q"') as raised:
+        read_persons(content, "people.csv", accepts_slips=True)
+    assert "7000" not in raised.value.message
+    with pytest.raises(InputError, match="7000"):
+        read_persons(content, "people.csv", accepts_slips=False)
+
+
+def test_a_faulty_header_hides_no_faults_of_cells():
+    with pytest.raises(InputError) as raised:
+        read_persons(b"wieght (kg),stature (cm),sex\n70,175,q\n70,x,m\n", "people.csv")
+    for words in ("wieght", 'sex is "q"', 'stature is "x"'):
         assert words in raised.value.message
 
 

@@ -161,6 +161,35 @@ def test_each_fault_of_a_file_is_refused_with_its_line(write, content, problem, 
         assert f"line {line}" in str(error.where)
 
 
+@pytest.mark.parametrize("key", ["joint", "load"])
+def test_two_points_of_a_torque_are_the_line_of_three(key, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "two.csv").write_text("angle (deg),torque (N m)\n0,1\n120,-2\n")
+    torques = {
+        "file": "two.csv",
+        "two": {"angle": ["0 deg", "120 deg"], "torque": ["1 N m", "-2 N m"]},
+        "three": {"angle": ["0 deg", "40 deg", "120 deg"], "torque": ["1 N m", "0 N m", "-2 N m"]},
+    }
+    windows = {}
+    stiffness = {}
+    for name, torque in torques.items():
+        content = {"spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}}
+        content[key] = {"torque": torque}
+        choices = tendon.design(content).choices
+        windows[name] = choices[["pretension_from", "pretension_to"]].to_numpy()
+        stiffness[name] = tendon.sweep(content).states["elbow_stiffness"].to_numpy()
+    assert np.isfinite(windows["three"]).all()
+    for name in ("file", "two"):
+        assert windows[name] == pytest.approx(windows["three"], rel=1e-9)
+        assert stiffness[name] == pytest.approx(stiffness["three"], rel=1e-9)
+
+
+@pytest.mark.parametrize("key", ["joint", "load"])
+def test_one_point_of_a_torque_is_no_line(key):
+    with pytest.raises(tendon.StudyError, match="1 row, expected 2 at least"):
+        tendon.study({key: {"torque": {"angle": ["0 deg"], "torque": ["1 N m"]}}})
+
+
 @pytest.mark.parametrize(
     ("last", "is_warned_of"), [(1.93, True), (1.97, False)], ids=["two rows beyond", "five"]
 )

@@ -134,8 +134,13 @@ class People(Part):
             return len(self.population)
         return self.count
 
-    def read(self, where: str) -> "Population":
-        """Return the persons; errors name their file as `where`."""
+    def read(self, where: str, *, accepts_slips: bool = True) -> "Population":
+        """Return the persons.
+
+        Args:
+            where: Name of their file in errors.
+            accepts_slips: As `read_persons` takes it.
+        """
         from tendon_cli.studies.people.population import draw, read_population
 
         women = self.women.single if self.women is not None else None
@@ -143,7 +148,14 @@ class People(Part):
             return draw(self.survey, self.sex, self.count, self.seed, women)
         content = unpacked(self.content)
         return read_population(
-            content, where, self.survey, self.sex, women, self.completions, self.seed
+            content,
+            where,
+            self.survey,
+            self.sex,
+            women,
+            self.completions,
+            self.seed,
+            accepts_slips=accepts_slips,
         )
 
     def fresh(self, count: int) -> "Population":

@@ -81,47 +81,59 @@ class _Header(NamedTuple):
     """Unit as written, empty if there is none."""
 
 
-def read_persons(content: bytes, where: str) -> PersonRows:
+def read_persons(content: bytes, where: str, *, accepts_slips: bool = True) -> PersonRows:
     """Return the rows of a CSV file of persons.
 
     A header is a dimension with its unit, such as `weight (kg)` or `weight_kg`, or `name`,
     `weighting`, `sex`.
 
+    Args:
+        content: The file.
+        where: Name of the file in errors.
+        accepts_slips: False to list values far from any person among the faults of a file that has
+            others.
+
     Raises:
-        InputError: The file cannot be used.
+        InputError: The file cannot be used; it lists all faults.
     """
     sheet = Sheet.of(content, where, "person")
+    faulty_rows = len(sheet.faults)
     headers, ignored = _headers(sheet)
+    has_faulty_header = len(sheet.faults) > faulty_rows
     values = np.full((len(sheet.kept), len(DIMENSIONS)), np.nan)
+    is_empty = np.ones(len(sheet.kept), dtype=bool)
     weighting = np.ones(len(sheet.kept))
+    sexes = None
+    names = tuple(f"person {row + 1}" for row in range(len(values)))
     slips: list[Slip] = []
     for name, (place, unit) in headers.items():
         with sheet.collected():
             if name in DIMENSIONS:
+                is_empty &= sheet.is_missing(place, _MISSING)
                 numbers, slips_of_column = _dimension(sheet, place, name, unit)
                 values[:, DIMENSIONS.index(name)] = numbers
                 slips += slips_of_column
             elif name == "weighting":
                 weighting = _weighting(sheet, place)
-    sheet.raise_faults()
-    is_empty = np.isnan(values).all(axis=1)
-    if is_empty.any():
-        row = int(np.argmax(is_empty))
-        raise InputError("a person without any dimension", where=sheet.place(row))
-    sexes = None
-    names = tuple(f"person {row + 1}" for row in range(len(values)))
-    with sheet.collected():
-        if "sex" in headers:
-            sexes = _sexes(sheet, headers["sex"].place)
-    with sheet.collected():
-        if "name" in headers:
-            names = _names(sheet, headers["name"].place)
-    sheet.raise_faults()
+            elif name == "sex":
+                sexes = _sexes(sheet, place)
+            else:
+                names = _names(sheet, place)
+    if not has_faulty_header:
+        for row in np.flatnonzero(is_empty).tolist():
+            sheet.refuse(row, "a person without any dimension")
+    sheet.raise_faults(() if accepts_slips else slips)
     return PersonRows(tuple(headers), names, sexes, values, weighting, ignored, tuple(slips))
 
 
 def _headers(sheet: Sheet) -> tuple[dict[str, _Header], list[str]]:
-    """Return the columns that are read by name, and a note on those that are not."""
+    """Return the columns that are read by name, and a note on those that are not.
+
+    Headers that are nearly known, or given twice, are faults of the sheet.
+
+    Raises:
+        InputError: No column is a dimension of a body.
+    """
     headers: dict[str, _Header] = {}
     dimensions = [name_and_unit(text, DIMENSIONS) for text in sheet.header]
     given = {name for name, _ in filter(None, dimensions)}
@@ -141,8 +153,8 @@ def _headers(sheet: Sheet) -> tuple[dict[str, _Header], list[str]]:
                 problem = f'{name} is given by two columns, "{first}" and "{second}"'
                 raise InputError(problem, where=sheet.where, hint="leave one of them out")
             headers[name] = _Header(place, unit)
-    sheet.raise_faults()
     if not set(headers).intersection(DIMENSIONS):
+        sheet.raise_faults()
         found = shorten(", ".join(sheet.header))
         problem = f"no column is a dimension of a body, the headers read: {found}"
         hint = f"such as weight (kg), stature (cm); dimensions: {', '.join(DIMENSIONS)}"
@@ -194,58 +206,56 @@ def _without_unit(words: list[str]) -> str:
 def _dimension(sheet: Sheet, place: int, name: str, unit: str) -> tuple[Array, tuple[Slip, ...]]:
     """Return a column of a dimension in SI, and its values that are far from any person.
 
+    Values of 0 or less are faults of the sheet.
+
     Raises:
-        InputError: A person has a value of 0 or less.
+        InputError: The column has no unit of its dimension.
     """
+    numbers = sheet.numbers(place, name, _MISSING)
     symbol = unit_symbol(name, unit, QUANTITIES[name].dimension, sheet.where)
-    numbers = sheet.numbers(place, name, _MISSING) * factor_of(symbol)
-    impossible = np.flatnonzero(numbers <= 0.0)
-    if impossible.size:
-        row = int(impossible[0])
-        count = f" (and {impossible.size - 1} more persons)" if impossible.size > 1 else ""
-        value = numbers[row] / factor_of(symbol)
-        problem = f"{name} is {value:.6g} {symbol}{count}, expected more than 0"
-        raise InputError(problem, where=sheet.place(row))
-    places = [sheet.place(row) for row in range(len(numbers))]
-    return numbers, column_slips(name, numbers, symbol, name, places)
+    is_impossible = numbers <= 0.0
+    for row in np.flatnonzero(is_impossible).tolist():
+        sheet.refuse(row, f"{name} is {numbers[row]:.6g} {symbol}, expected more than 0")
+    values = np.where(is_impossible, np.nan, numbers) * factor_of(symbol)
+    places = [sheet.place(row) for row in range(len(values))]
+    return values, column_slips(name, values, symbol, name, places)
 
 
 def _weighting(sheet: Sheet, place: int) -> Array:
-    """Return the weights of the persons. Raises InputError if one is negative, or all are 0."""
+    """Return the weights of the persons; negative ones are faults of the sheet.
+
+    Raises:
+        InputError: All are 0.
+    """
     weighting = sheet.numbers(place, "weighting")
-    is_negative = weighting < 0.0
-    if is_negative.any():
-        row = int(np.argmax(is_negative))
-        problem = f"weighting is {weighting[row]:g}, expected 0 or more"
-        raise InputError(problem, where=sheet.place(row))
+    for row in np.flatnonzero(weighting < 0.0).tolist():
+        sheet.refuse(row, f"weighting is {weighting[row]:g}, expected 0 or more")
     if not weighting.any():
         raise InputError("every weighting is 0, so nobody counts", where=sheet.where)
     return weighting
 
 
 def _names(sheet: Sheet, place: int) -> tuple[str, ...]:
-    """Return the names of the persons. Raises InputError unless each has its own."""
+    """Return the names of the persons; empty ones and those of several are faults of the sheet."""
     rows: dict[str, int] = {}
     for row, text in enumerate(sheet.columns[place].to_pylist()):
         name = shorten(text, 200)
         if not name:
-            raise InputError("a person without a name in a file of names", where=sheet.place(row))
-        if name in rows:
+            sheet.refuse(row, "a person without a name in a file of names")
+        elif name in rows:
             line = sheet.kept[rows[name]] + 1
             problem = f'"{shorten(name)}" is the name of two persons, the other in line {line}'
-            raise InputError(
-                problem, where=sheet.place(row), hint="each name may be used only once"
-            )
-        rows[name] = row
+            sheet.refuse(row, problem, "each name may be used only once")
+        else:
+            rows[name] = row
     return tuple(rows)
 
 
 def _sexes(sheet: Sheet, place: int) -> npt.NDArray[np.str_]:
-    """Return "male" or "female" for each person. Raises InputError for any other word."""
-    words = [_SEX_WORDS.get(word.casefold()) for word in sheet.columns[place].to_pylist()]
-    if None in words:
-        row = words.index(None)
-        found = shorten(sheet.columns[place][row].as_py())
-        problem = f'sex is "{found}", expected male or female'
-        raise InputError(problem, where=sheet.place(row))
+    """Return "male" or "female" for each person; any other word is a fault of the sheet."""
+    texts = sheet.columns[place].to_pylist()
+    words = [_SEX_WORDS.get(text.casefold(), "") for text in texts]
+    for row, word in enumerate(words):
+        if not word:
+            sheet.refuse(row, f'sex is "{shorten(texts[row])}", expected male or female')
     return np.array(words)

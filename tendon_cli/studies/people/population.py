@@ -147,6 +147,8 @@ def read_population(
     completions: int | None = None,
     seed: int = 1,
     stream: Stream = OF_THE_STUDY,
+    *,
+    accepts_slips: bool = True,
 ) -> Population:
     """Return the persons of a CSV file, completed by a survey.
 
@@ -162,11 +164,12 @@ def read_population(
         completions: Number of bodies that are drawn for each person; None draws nothing.
         seed: Seed of the draws.
         stream: Stream of the draws.
+        accepts_slips: As `read_persons` takes it.
 
     Raises:
         InputError: The file cannot be used.
     """
-    rows = read_persons(content, where)
+    rows = read_persons(content, where, accepts_slips=accepts_slips)
     sexes = sex if rows.sexes is None else rows.sexes
     notes = []
     if len(rows.names) == 1 and not completions:

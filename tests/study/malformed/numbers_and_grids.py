@@ -120,16 +120,14 @@ NUMBERS = (
     ),
 )
 
-BOTH = ('"144 deg" or "144 rad"', "may be degrees or radians")
+IN_DEGREES = ('write "144 deg"', "may be degrees or radians")  # 144 rad is not possible
 ANGLES = (
-    value("a bare bend", "sheath.bend_angle", "144", *BOTH),
-    value(
-        "a bare bend in text", "sheath.bend_angle", '"144"', '"144 deg" or "144 rad"', "has no unit"
-    ),
+    value("a bare bend", "sheath.bend_angle", "144", *IN_DEGREES),
+    value("a bare bend in text", "sheath.bend_angle", '"144"', 'write "144 deg"', "has no unit"),
     value(
         "a bare speed in text", "motion.speed", '"60"', '"60 deg/s" or "60 rad/s"', "has no unit"
     ),
-    value("a bare angle in a list", "motion.elbow_angle", "[0, 144]", *BOTH),
+    value("a bare angle in a list", "motion.elbow_angle", "[0, 144]", *IN_DEGREES),
     value(
         "a bare step",
         "motion.elbow_angle",
