@@ -6,13 +6,14 @@ import itertools
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tendon_cli import design
 from tendon_cli.cube.cube import choices_of
 from tendon_cli.figures.answer_figures import answer_figure
 from tendon_cli.figures.backend import FigureCanvasAgg
-from tendon_cli.figures.frame import framed
+from tendon_cli.figures.frame import framed, separate_ticks
 from tendon_cli.figures.style import broken, house_style
 from tendon_cli.tables.read import TableFiles, open_table
 from tests.figures.runs import (
@@ -101,6 +102,32 @@ def test_labels_of_ticks_are_apart_in_curves(close: TableFiles) -> None:
     for x in ("friction", "peak_motor_torque"):
         figure = figure_of(close, size="column", quantity="margin", x=x)
         assert_ticks_apart(figure)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_only_ticks_that_touch_a_neighbour_are_left_out(seed: int) -> None:
+    """A tick in the middle of much room was left out, because every other one was."""
+    rng = np.random.default_rng(seed)
+    places = np.sort(rng.uniform(0.0, 100.0, 12)).round(1)
+    with house_style():
+        figure = framed("", 60.0).figure
+        figure.set_layout_engine("none")
+        axes = figure.add_axes((0.2, 0.3, 0.7, 0.6))
+        axes.set(xlim=(0.0, 100.0), ylim=(0.0, 100.0))
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_ticks(places)
+        millimetres = figure.get_size_inches() * 25.4 * (0.7, 0.6)
+        drawn(figure)
+        heights = [label.get_window_extent().height for label in axes.get_yticklabels()]
+        for axis, length in zip((axes.xaxis, axes.yaxis), millimetres, strict=True):
+            separate_ticks(axis, float(length))
+    assert_ticks_apart(figure)
+    kept = axes.get_yticks()
+    assert {places[0], places[-1]} <= set(kept)
+    height = max(heights) / axes.bbox.height * 100.0
+    for place in set(places) - set(kept):
+        assert np.abs(kept - place).min() < 1.5 * height
+    assert len(kept) < len(places)
 
 
 @pytest.mark.parametrize("size", ["column", "60 mm"])
