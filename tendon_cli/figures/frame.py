@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.cube.labels import plain, without_formulas
+from tendon_cli.cube.labels import plain, with_symbols, without_formulas
 from tendon_cli.errors import UsageError
 from tendon_cli.figure_marks import is_figure
 from tendon_cli.figures.backend import (
@@ -163,11 +163,12 @@ def framed(
     height: float | None = None,
     subtitle: str = "",
     study: str = "",
+    is_of_answer: bool = False,
 ) -> Page:
     """Begin a page with its title, key and notes, and with room for its panels.
 
     Args:
-        title: The title as the user wrote it.
+        title: The title as the user wrote it, or a sentence of an answer.
         panels: Height of all panels, mm.
         key: Artists with a label.
         notes: Sentences below the panels; they may hold formulas.
@@ -175,13 +176,16 @@ def framed(
         height: Height of the page, mm. If it is given, the panels have what it leaves for them.
         subtitle: Second title, which may hold formulas and line breaks.
         study: Name and hash of the study for the file's metadata.
+        is_of_answer: True if the title is a sentence of an answer, whose symbols are to be set as
+            formulas.
     """
+    drawn = with_symbols if is_of_answer else plain
     subtitle = named(subtitle)
     notes = [named(note) for note in notes]
     labels = [named(str(entry.get_label())) for entry in key]
     room = width - 2.0 * _PAD
     characters = int(width / _TITLE_CHARACTER)
-    heads = _fit_lines(lambda count: plain(title, width=count).splitlines(), characters, room)
+    heads = _fit_lines(lambda count: drawn(title, width=count).splitlines(), characters, room)
     for line in subtitle.splitlines():
         heads += _fit_lines(partial(_wrap, line), max(characters, len(line)), room)
     lines: list[str] = []
