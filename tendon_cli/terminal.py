@@ -170,8 +170,12 @@ def progress(title: str, *, quiet: bool) -> Iterator[Shown]:
             yield shown
     else:
         yield Shown(
-            parts=_plain(title, "({done:,} of {total:,} parts)"),
-            cells=_plain(f"{title}: proof", "of at most {total:,} cells"),
+            parts=_plain(title, "({done:,} of {total:,} parts)", "{done:,} of {total:,} parts"),
+            cells=_plain(
+                f"{title}: proof",
+                "of at most {total:,} cells",
+                "{done:,} of at most {total:,} cells",
+            ),
         )
 
 
@@ -223,7 +227,7 @@ def _bar(title: str) -> Iterator[Shown]:
             bar.stop()
 
 
-def _plain(title: str, form: str) -> Update:
+def _plain(title: str, of_tenth: str, between: str) -> Update:
     """Return a function that writes a line for every tenth, anew if the number falls.
 
     If a tenth takes long, it writes a line in between every 10 s. In a long run these lines get
@@ -231,7 +235,8 @@ def _plain(title: str, form: str) -> Update:
 
     Args:
         title: Beginning of each line.
-        form: End of each line, a form with `done` and `total`.
+        of_tenth: End of a line for a tenth, after its per cent; a form with `done` and `total`.
+        between: End of a line in between, a form with both, too.
     """
     last_tenth = 0
     started = time.monotonic()
@@ -245,8 +250,8 @@ def _plain(title: str, form: str) -> Update:
         longest_silence = max(_LONGEST_SILENCE, _SILENCE_IN_LONG_RUNS * (now - started))
         is_overdue = now - last_line >= longest_silence
         if total > 1 and (is_new_tenth or is_overdue):
-            percent = str(10 * tenth) if is_new_tenth else f"{100.0 * done / total:.1f}"
-            print_note(f"{title}: {percent} % {form.format(done=done, total=total)}")
+            form = f"{10 * tenth} % {of_tenth}" if is_new_tenth else between
+            print_note(f"{title}: {form.format(done=done, total=total)}")
             last_line = now
         last_tenth = tenth
 
