@@ -93,13 +93,13 @@ class ColumnLabel:
 
     @property
     def short_label(self) -> str:
-        """Dimension and unit, for the axis of a panel whose title has the name."""
-        return f"{self.quantity.dimension}{self._in_brackets}"
+        """Kind and unit, for the axis of a panel whose title has the name."""
+        return f"{self._kind}{self._in_brackets}"
 
     @property
-    def dimension_shown(self) -> tuple[str, str]:
-        """Dimension and unit, both of which are the same for quantities that share an axis."""
-        return self.quantity.dimension, self.unit
+    def kind_shown(self) -> tuple[str, str]:
+        """Kind and unit, both of which are the same for quantities that share an axis."""
+        return self._kind, self.unit
 
     def scaled(self, values: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Return SI values in the unit shown."""
@@ -121,6 +121,12 @@ class ColumnLabel:
         is_bound = self.quantity.symbol.endswith(("≤", "≥"))
         sign = "" if is_bound else " ="
         return f"{self.symbol}{sign} {self.text(value)}{side}"
+
+    @property
+    def _kind(self) -> str:
+        """Dimension, such as "force"; for a pure number its name, for all numbers are alike."""
+        is_pure_number = self.quantity.dimension == "number"
+        return self.name if is_pure_number else self.quantity.dimension
 
     @property
     def _in_brackets(self) -> str:
