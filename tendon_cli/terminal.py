@@ -10,6 +10,7 @@ import os
 import select
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -153,9 +154,15 @@ class Shown:
     """Called with the numbers of cells examined and of most cells in a proof."""
 
 
+_LONGEST_SILENCE = 10.0
+"""Time after which a line is written although no tenth is finished, s."""
+_SILENCE_IN_LONG_RUNS = 0.1
+"""The same time as a share of the time since the start, if that is longer."""
+
+
 @contextlib.contextmanager
 def progress(title: str, *, quiet: bool) -> Iterator[Shown]:
-    """Yield functions that show a bar on a terminal, else a line for every 10 %."""
+    """Yield functions that show a bar on a terminal, else a line for every 10 % or 10 s."""
     if quiet:
         yield Shown(lambda _done, _total: None, lambda _cells, _most: None)
     elif sys.stderr is not None and sys.stderr.isatty() and os.environ.get("TERM") != "dumb":
@@ -163,53 +170,89 @@ def progress(title: str, *, quiet: bool) -> Iterator[Shown]:
             yield shown
     else:
         yield Shown(
-            parts=_plain(title, "({done} of {total} parts)"),
-            cells=_plain(f"{title}: proof", "of at most {total:,} cells"),
+            parts=_plain(title, "({done:,} of {total:,} parts)", "{done:,} of {total:,} parts"),
+            cells=_plain(
+                f"{title}: proof",
+                "of at most {total:,} cells",
+                "{done:,} of at most {total:,} cells",
+            ),
         )
 
 
 @contextlib.contextmanager
 def _bar(title: str) -> Iterator[Shown]:
-    """Yield functions that move a bar on the terminal, and that describe a proof beside it."""
+    """Yield functions that move a bar on the terminal: one of parts, later one of a proof.
+
+    The bar appears when one of them is called first. Until then a question may be asked below.
+    """
     from rich import progress as rich  # only a terminal pays for its import
     from rich.console import Console
+    from rich.text import Text
+
+    class TimeLeft(rich.TimeRemainingColumn):
+        """Time that is left; nothing if it is not known."""
+
+        def render(self, task: rich.Task) -> Text:
+            is_known = task.time_remaining is not None and not task.finished
+            return Text.assemble(super().render(task), " left") if is_known else Text("")
 
     columns = (
         "{task.description}",
         rich.BarColumn(),
-        rich.MofNCompleteColumn(),
-        "parts",
+        "{task.fields[count]}",
         rich.TimeElapsedColumn(),
-        "left",
-        rich.TimeRemainingColumn(),
+        TimeLeft(),
     )
-    with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(title, total=None)
+    bar = rich.Progress(*columns, console=Console(stderr=True), transient=True)
+    parts = bar.add_task(title, total=None, count="", visible=False)
+    # A proof may end long before the most cells that it may take, so its bar has no end.
+    proof = bar.add_task(f"{title}: proof", total=None, count="", start=False, visible=False)
 
-        def describe(cells: int, most: int) -> None:
-            text = f"{title}: proof, {cells:,} of at most {most:,} cells"
-            bar.update(task, description=text)
+    def show_parts(done: int, total: int) -> None:
+        count = f"{done:,}/{total:,} parts"
+        bar.update(parts, completed=done, total=total, count=count, visible=True)
+        bar.start()
 
-        yield Shown(
-            parts=lambda done, total: bar.update(task, completed=done, total=total),
-            cells=describe,
-        )
+    def show_cells(cells: int, most: int) -> None:
+        count = f"{cells:,} of at most {most:,} cells"
+        bar.start_task(proof)
+        bar.update(parts, visible=False)
+        bar.update(proof, count=count, visible=True)
+        bar.start()
+
+    try:
+        yield Shown(show_parts, show_cells)
+    finally:
+        if bar.live.is_started:
+            bar.stop()
 
 
-def _plain(title: str, form: str) -> Update:
+def _plain(title: str, of_tenth: str, between: str) -> Update:
     """Return a function that writes a line for every tenth, anew if the number falls.
+
+    If a tenth takes long, it writes a line in between every 10 s. In a long run these lines get
+    rarer, so that they do not fill a log.
 
     Args:
         title: Beginning of each line.
-        form: End of each line, a form with `done` and `total`.
+        of_tenth: End of a line for a tenth, after its per cent; a form with `done` and `total`.
+        between: End of a line in between, a form with both, too.
     """
     last_tenth = 0
+    started = time.monotonic()
+    last_line = started
 
     def update(done: int, total: int) -> None:
-        nonlocal last_tenth
+        nonlocal last_tenth, last_line
         tenth = 10 * done // total
-        if total > 1 and tenth > last_tenth:
-            print_note(f"{title}: {10 * tenth} % {form.format(done=done, total=total)}")
+        is_new_tenth = tenth > last_tenth
+        now = time.monotonic()
+        longest_silence = max(_LONGEST_SILENCE, _SILENCE_IN_LONG_RUNS * (now - started))
+        is_overdue = now - last_line >= longest_silence
+        if total > 1 and (is_new_tenth or is_overdue):
+            form = f"{10 * tenth} % {of_tenth}" if is_new_tenth else between
+            print_note(f"{title}: {form.format(done=done, total=total)}")
+            last_line = now
         last_tenth = tenth
 
     return update

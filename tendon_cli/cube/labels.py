@@ -6,13 +6,21 @@ import re
 import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.quantities import AS_READ, SIDES, Quantity, in_unit_of_reading, unit_of_reading
+from tendon_cli.quantities import (
+    AS_READ,
+    QUANTITIES,
+    SIDES,
+    Quantity,
+    in_unit_of_reading,
+    unit_of_reading,
+)
 from tendon_cli.space.axis import Axis, NamedAxis
 from tendon_cli.studies.axis_words import told_words
 from tendon_cli.studies.contents import column_of, keys
@@ -85,13 +93,13 @@ class ColumnLabel:
 
     @property
     def short_label(self) -> str:
-        """Dimension and unit, for the axis of a panel whose title has the name."""
-        return f"{self.quantity.dimension}{self._in_brackets}"
+        """Kind and unit, for the axis of a panel whose title has the name."""
+        return f"{self._kind}{self._in_brackets}"
 
     @property
-    def dimension_shown(self) -> tuple[str, str]:
-        """Dimension and unit, both of which are the same for quantities that share an axis."""
-        return self.quantity.dimension, self.unit
+    def kind_shown(self) -> tuple[str, str]:
+        """Kind and unit, both of which are the same for quantities that share an axis."""
+        return self._kind, self.unit
 
     def scaled(self, values: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Return SI values in the unit shown."""
@@ -113,6 +121,12 @@ class ColumnLabel:
         is_bound = self.quantity.symbol.endswith(("≤", "≥"))
         sign = "" if is_bound else " ="
         return f"{self.symbol}{sign} {self.text(value)}{side}"
+
+    @property
+    def _kind(self) -> str:
+        """Dimension, such as "force"; for a pure number its name, for all numbers are alike."""
+        is_pure_number = self.quantity.dimension == "number"
+        return self.name if is_pure_number else self.quantity.dimension
 
     @property
     def _in_brackets(self) -> str:
@@ -171,6 +185,27 @@ def number(value: float) -> str:
 def symbol(text: str) -> str:
     """Return a symbol such as F_o^f set as a formula, word by word."""
     return " ".join(_set(word) for word in text.split(" "))
+
+
+def with_symbols(text: str, *, width: int | None = None, lines: int = 3) -> str:
+    """Return a sentence of an answer ready to be drawn, its symbols such as R_f set as formulas.
+
+    Args:
+        text: The sentence, with symbols as a terminal shows them.
+        width: Most characters in a line; None for a single line.
+        lines: Most lines, after which the text is cut off.
+    """
+    drawn = plain(text, width=width, lines=lines)
+    return _symbols_with_index().sub(lambda match: symbol(match[0]), drawn)
+
+
+@cache
+def _symbols_with_index() -> re.Pattern[str]:
+    """Return a pattern of the symbols of all quantities that have an index, as whole words."""
+    words = {word for quantity in QUANTITIES.values() for word in quantity.symbol.split(" ")}
+    with_index = sorted(word for word in words if "_" in word or "^" in word)
+    longest_first = sorted(with_index, key=len, reverse=True)
+    return re.compile(rf"(?<!\w)({'|'.join(map(re.escape, longest_first))})(?![\w^])")
 
 
 def without_formulas(text: str) -> str:

@@ -5,9 +5,10 @@ One map shows how far the setting may be off, the other the share that one prete
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -27,7 +28,7 @@ from tendon_cli.figures.backend import Axes, Line2D, ListedColormap, Patch, mpl
 from tendon_cli.figures.frame import Page, framed, source_of, turn_names
 from tendon_cli.figures.layout import is_of_rows
 from tendon_cli.figures.scales import Scale, axis_scale, off_default
-from tendon_cli.figures.style import INK, MM, PAGE_WIDTH, wrapped
+from tendon_cli.figures.style import INK, MM, PAGE_WIDTH, text_width, wrapped
 from tendon_cli.space.axis import Axis
 
 _PALE = ("#f6d9c5", "#e9e2f3", "#dcebe4", "#f7ecc8", "#e5e5e5", "#dbe7f3")
@@ -36,20 +37,18 @@ _HATCHES = ("", "....", "----", "\\\\\\\\", "xxxx", "++++")
 _BLUES = ListedColormap(
     [mpl.colormaps["Blues"](place) for place in np.linspace(0.15, 0.95, 256)], name="tendon_window"
 )
-_STAR = 11.0
-"""Size of the star that marks a choice, pt."""
-_STAR_PLACE = 0.72
-"""Place of the star in its cell, above the value, as a share of the cell's height."""
-_VALUE_PLACE = 0.28
-"""Place of the value below the star, as a share of the cell's height."""
+_STARS = (11.0, 8.0, 6.0)
+"""Sizes of the star that marks a choice, pt. It is as large as the value beside it allows."""
+_STAR_EDGE = 1.0
+"""Width of the white edge of the star, pt."""
+_VALUE_SIZE = 6.0
+"""Size of the values written in cells, pt."""
+_LINE_SPACING = 1.2
+"""Height of a line of text, as a factor of its size."""
 _PANEL_HEIGHT = 220.0
 """About the height of the panel of a map, pt."""
 _PANEL_WIDTH = 350.0
 """About the width of the panel of a map, pt."""
-_TWO_LINES = (38.0, 16.0)
-"""Width and height of a cell that has room for a window, and for its tolerance below it, pt."""
-_THREE_LINES = (28.0, 23.0)
-"""Width and height of a cell that has room for three shorter lines, pt."""
 _MOST_WRITTEN = 120
 """Largest number of cells of a map whose values are also written in them."""
 _MEANING = (
@@ -328,7 +327,7 @@ def draw_tolerance(
     notes = [_MEANING.format(served_words(record))]
     if np.isinf(part.high).any():
         notes.append(_NO_END)
-    page, panel = _begin_map(cube, record, chosen, part, title, key, notes)
+    page, panel, marked = _begin_map(cube, record, chosen, part, title, key, notes)
     x, y = part.scales
     for reason, style in backgrounds.items():
         cells = np.ma.masked_where(reasons != reason, np.zeros(part.low.shape))
@@ -362,7 +361,7 @@ def draw_tolerance(
             "how far the setting may be off (± mm)",
             texts,
             is_dark,
-            _starred(cube, part, chosen),
+            marked,
         )
         for fault, hatch in faults.items():
             cells = np.ma.masked_where(part.faults != fault, np.zeros(part.low.shape))
@@ -385,28 +384,38 @@ def _tolerance_texts(part: Slice, unit: str) -> list[str]:
 
     Narrow cells have a line for each, and the narrowest the millimetres alone.
     """
-    x, y = part.scales
-    widths = np.abs(np.diff(x.edges))
-    width = float(np.min(widths) / np.sum(widths)) * _PANEL_WIDTH
-    heights = np.abs(np.diff(y.edges))
-    height = float(np.min(heights) / np.sum(heights)) * _PANEL_HEIGHT
-    has_two_lines = width >= _TWO_LINES[0] and height >= _TWO_LINES[1]
-    has_three_lines = width >= _THREE_LINES[0] and height >= _THREE_LINES[1]
-    texts = []
+    if part.low.size > _MOST_WRITTEN:
+        return [""] * part.low.size
+    texts_of_form: list[list[str]] = [[], [], []]
     columns = (part.low, part.high, part.length, part.columns["tolerance"])
     for low, high, length, share in zip(*(values.ravel() for values in columns), strict=True):
         window = _window_text(low, high, unit)
         millimetres = f"{say.number(1e3 * length, 2)} mm"
         percent = f"{100.0 * share:.0f} %"
-        if not np.isfinite(length):
-            texts.append(f"{window}\nno upper end" if has_two_lines else window)
-        elif has_two_lines:
-            texts.append(f"{window}\n{millimetres} ({percent})")
-        elif has_three_lines:
-            texts.append(f"{window}\n{millimetres}\n{percent}")
-        else:
-            texts.append(millimetres)
-    return texts
+        two_lines = f"{window}\n{millimetres} ({percent})"
+        three_lines = f"{window}\n{millimetres}\n{percent}"
+        forms = [two_lines, three_lines, millimetres]
+        if not low <= high:
+            forms = ["", "", ""]
+        elif np.isinf(high):
+            forms = [f"{window}\nno upper end", window, window]
+        for texts, text in zip(texts_of_form, forms, strict=True):
+            texts.append(text)
+    fitting = (texts for texts in texts_of_form if _have_room(part, texts))
+    return next(fitting, texts_of_form[-1])
+
+
+def _have_room(part: Slice, texts: Sequence[str]) -> bool:
+    """Return True if the cells are few, and each has room for the longest of their texts."""
+    if len(texts) > _MOST_WRITTEN:
+        return False
+    x, y = part.scales
+    widths = np.abs(np.diff(x.edges))
+    heights = np.abs(np.diff(y.edges))
+    width = float(np.min(widths) / np.sum(widths)) * _PANEL_WIDTH
+    height = float(np.min(heights) / np.sum(heights)) * _PANEL_HEIGHT
+    sizes = [_text_size(text) for text in texts]
+    return all(size[0] <= width and size[1] <= height for size in sizes)
 
 
 def _draw_outline(panel: Axes, part: Slice, inside: ColumnArray) -> None:
@@ -461,14 +470,30 @@ def draw_served(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page 
         return None
     part = Slice.of(cube, axes, chosen)
     title = "the largest share that one pretension serves"
-    page, panel = _begin_map(cube, record, chosen, part, title, [], [])
+    page, panel, marked = _begin_map(cube, record, chosen, part, title, [], [])
     percent = np.ma.masked_invalid(100.0 * part.columns["served"])
     filled = percent.filled(0.0)
     texts = [f"{share:.3g} %" for share in filled.ravel()]
     label = "served by one pretension (%)"
-    starred = _starred(cube, part, chosen)
-    _draw_cells(panel, part, percent, _BLUES, 100.0, label, texts, filled > 55.0, starred)
+    _draw_cells(panel, part, percent, _BLUES, 100.0, label, texts, filled > 55.0, marked)
     return page
+
+
+@dataclass(frozen=True)
+class _Marked:
+    """The choice named first in a map: its cell, and the star at its values."""
+
+    row: int
+    column: int
+    across: float
+    """Coordinate of the star along x, that of its value."""
+    up: float
+    """Coordinate of the star along y."""
+    star: Line2D
+
+
+_Box: TypeAlias = tuple[float, float, float, float]
+"""Left and right side, bottom and top of a box, pt."""
 
 
 def _begin_map(
@@ -479,8 +504,12 @@ def _begin_map(
     title: str,
     key: list[Any],
     notes: list[str],
-) -> tuple[Page, Axes]:
-    """Begin the page of a map over two axes of choices, and mark the choice named first in it."""
+) -> tuple[Page, Axes, _Marked | None]:
+    """Begin the page of a map over two axes of choices, and mark the choice named first in it.
+
+    Returns:
+        The page, its panel, and the mark; None if that choice has no window.
+    """
     entries = list(key)
     if chosen["feasible"]:
         entries.append(star(label=set_text(cube, chosen)))
@@ -494,38 +523,24 @@ def _begin_map(
     y.apply(panel, "y", cells=True)
     turn_names(panel.xaxis, _PANEL_WIDTH / 72.0 / MM)
     panel.set(xlabel=x.label, ylabel=y.label)
-    if chosen["feasible"]:
-        x_axis, y_axis = part.axes
-        across = place_of(cube, x_axis, value_of(chosen, x_axis.column), x)
-        up = place_of(cube, y_axis, value_of(chosen, y_axis.column), y)
-        size = _STAR
-        starred = _starred(cube, part, chosen)
-        if starred is not None and part.low.size <= _MOST_WRITTEN:
-            row, _ = starred
-            low, high = y.edges[row : row + 2]
-            up = low + _STAR_PLACE * (high - low)  # above the value written in the cell
-            size = min(_STAR, 0.5 * _row_height(y, row))
-        style: dict[str, Any] = {"color": INK, "markersize": size, "markeredgecolor": "white"}
-        panel.plot(across, up, marker="*", zorder=5, gid="best", **style)
-    return page, panel
-
-
-def _starred(cube: Cube, part: Slice, chosen: ChoiceRecord) -> tuple[int, int] | None:
-    """Return row and column of the cell of the choice named first; None if it has no window."""
     if not chosen["feasible"]:
-        return None
-    places = []
-    for axis, scale in zip(part.axes, part.scales, strict=True):
-        place = place_of(cube, axis, value_of(chosen, axis.column), scale)
-        places.append(int(np.searchsorted(scale.edges, place)) - 1)
-    column, row = places
-    return row, column
+        return page, panel, None
+    x_axis, y_axis = part.axes
+    across = place_of(cube, x_axis, value_of(chosen, x_axis.column), x)
+    up = place_of(cube, y_axis, value_of(chosen, y_axis.column), y)
+    style: dict[str, Any] = {
+        "color": INK,
+        "markersize": _STARS[0],
+        "markeredgecolor": "white",
+        "markeredgewidth": _STAR_EDGE,
+    }
+    (mark,) = panel.plot(across, up, marker="*", zorder=5, gid="best", **style)
+    return page, panel, _Marked(_cell_of(y, up), _cell_of(x, across), across, up, mark)
 
 
-def _row_height(y: Scale, row: int) -> float:
-    """Return about the height of a row of a map, pt."""
-    share = (y.edges[row + 1] - y.edges[row]) / (y.edges[-1] - y.edges[0])
-    return float(abs(share)) * _PANEL_HEIGHT
+def _cell_of(scale: Scale, place: float) -> int:
+    """Return the index of the cell that holds a place on an axis."""
+    return int(np.searchsorted(scale.edges, place)) - 1
 
 
 def _draw_cells(
@@ -537,7 +552,7 @@ def _draw_cells(
     label: str,
     texts: Sequence[str],
     is_dark: Any,
-    starred: tuple[int, int] | None,
+    marked: _Marked | None,
 ) -> None:
     """Draw the cells of a map with their colour bar, and a text in each if there is room.
 
@@ -550,21 +565,83 @@ def _draw_cells(
         label: Label of the colour bar.
         texts: Text of each cell, row by row.
         is_dark: True for each cell (y, x) that is so dark that its text is white.
-        starred: Row and column of the cell with the star, whose text is below it; None without one.
+        marked: The choice named first, whose text is beside its star; None without one.
     """
     x, y = part.scales
     mesh = panel.pcolormesh(x.edges, y.edges, values, cmap=colours, vmin=0.0, vmax=most)
     bar = panel.figure.colorbar(mesh, ax=panel, aspect=28, pad=0.02)
     bar.set_label(label)
     bar.outline.set_linewidth(0.5)
-    if values.size > _MOST_WRITTEN:
+    if not _have_room(part, texts):
         return
     columns = values.shape[1]
+    style: dict[str, Any] = {"ha": "center", "va": "center", "size": _VALUE_SIZE, "gid": "value"}
     for row, column in np.argwhere(~np.ma.getmaskarray(values)):
-        across = x.edges[column : column + 2].mean()
-        low, high = y.edges[row : row + 2]
-        place = _VALUE_PLACE if (row, column) == starred else 0.5
-        up = low + place * (high - low)
         colour = "white" if is_dark[row, column] else INK
         text = texts[row * columns + column]
-        panel.text(across, up, text, ha="center", va="center", size=6.0, color=colour)
+        across = x.edges[column : column + 2].mean()
+        up = y.edges[row : row + 2].mean()
+        if marked is not None and (row, column) == (marked.row, marked.column):
+            text, across, up = _beside_star(part, marked, text)
+        panel.text(across, up, text, color=colour, **style)
+
+
+def _beside_star(part: Slice, marked: _Marked, text: str) -> tuple[str, float, float]:
+    """Make room beside the star for the text of its cell.
+
+    The star gets smaller, and then the text shorter, until there is room; at last nothing is
+    written.
+
+    Returns:
+        The text, and the coordinates of its middle.
+    """
+    x, y = part.scales
+    x_points = _PANEL_WIDTH / (x.edges[-1] - x.edges[0])
+    y_points = _PANEL_HEIGHT / (y.edges[-1] - y.edges[0])
+    left, right = (x_points * x.edges[marked.column : marked.column + 2]).tolist()
+    bottom, top = (y_points * y.edges[marked.row : marked.row + 2]).tolist()
+    cell = (left, right, bottom, top)
+    middle = (x_points * marked.across, y_points * marked.up)
+    for words, size in itertools.product(_ever_shorter(text), _STARS):
+        marked.star.set_markersize(size)
+        width, height = _text_size(words)
+        half = size / 2.0 + _STAR_EDGE
+        for room in _rooms_beside(cell, middle, half):
+            left, right, bottom, top = room
+            if width <= right - left and height <= top - bottom:
+                across = (left + right) / 2.0 / x_points
+                up = (bottom + top) / 2.0 / y_points
+                return words, across, up
+    return "", marked.across, marked.up
+
+
+def _text_size(text: str) -> tuple[float, float]:
+    """Return width and height of a text that is written in a cell, pt."""
+    width = text_width(text, _VALUE_SIZE) * MM * 72.0
+    height = _LINE_SPACING * _VALUE_SIZE * (text.count("\n") + 1)
+    return width, height
+
+
+def _ever_shorter(text: str) -> Iterator[str]:
+    """Yield the text of a cell: whole, then without its first line, then without its share."""
+    yield text
+    _, _, rest = text.partition("\n")
+    if rest:
+        yield rest
+        yield rest.partition("\n")[0].partition(" (")[0]
+
+
+def _rooms_beside(cell: _Box, middle: tuple[float, float], half: float) -> Iterator[_Box]:
+    """Yield the rooms of a cell below, above, to the right and to the left of a star in it.
+
+    Args:
+        cell: The cell.
+        middle: Middle of the star, pt.
+        half: Half its size, pt.
+    """
+    left, right, bottom, top = cell
+    across, up = middle
+    yield left, right, bottom, up - half
+    yield left, right, up + half, top
+    yield across + half, right, bottom, top
+    yield left, across - half, bottom, top

@@ -401,7 +401,7 @@ def _share_y(grid: Any, data: CurveData, cells: Sequence[Cell], columns: int) ->
     """
     is_one = len({quantity for quantity, _ in cells}) == 1
     sizes = [float(np.nanmax(np.abs(data.values[cell]), initial=0.0)) for cell in cells]
-    units = [data.quantities[quantity].dimension_shown for quantity, _ in cells]
+    units = [data.quantities[quantity].kind_shown for quantity, _ in cells]
     shares_left = []
     for place, axes in enumerate(grid.flat[: len(cells)]):
         row_start = place - place % columns

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.cube.labels import plain, without_formulas
+from tendon_cli.cube.labels import plain, with_symbols, without_formulas
 from tendon_cli.errors import UsageError
 from tendon_cli.figure_marks import is_figure
 from tendon_cli.figures.backend import (
@@ -163,11 +163,12 @@ def framed(
     height: float | None = None,
     subtitle: str = "",
     study: str = "",
+    is_of_answer: bool = False,
 ) -> Page:
     """Begin a page with its title, key and notes, and with room for its panels.
 
     Args:
-        title: The title as the user wrote it.
+        title: The title as the user wrote it, or a sentence of an answer.
         panels: Height of all panels, mm.
         key: Artists with a label.
         notes: Sentences below the panels; they may hold formulas.
@@ -175,13 +176,16 @@ def framed(
         height: Height of the page, mm. If it is given, the panels have what it leaves for them.
         subtitle: Second title, which may hold formulas and line breaks.
         study: Name and hash of the study for the file's metadata.
+        is_of_answer: True if the title is a sentence of an answer, whose symbols are to be set as
+            formulas.
     """
+    drawn = with_symbols if is_of_answer else plain
     subtitle = named(subtitle)
     notes = [named(note) for note in notes]
     labels = [named(str(entry.get_label())) for entry in key]
     room = width - 2.0 * _PAD
     characters = int(width / _TITLE_CHARACTER)
-    heads = _fit_lines(lambda count: plain(title, width=count).splitlines(), characters, room)
+    heads = _fit_lines(lambda count: drawn(title, width=count).splitlines(), characters, room)
     for line in subtitle.splitlines():
         heads += _fit_lines(partial(_wrap, line), max(characters, len(line)), room)
     lines: list[str] = []
@@ -454,6 +458,9 @@ def _is_turned(axis: Any) -> bool:
 def separate_ticks(axis: Any, length: float) -> None:
     """Take ticks of an axis away until no label touches the next.
 
+    Ticks at round numbers get fewer. Of those at given values only the ones that touch a neighbour
+    go; both ends stay if they have room.
+
     Args:
         axis: Axis of a panel.
         length: Its length, mm.
@@ -468,13 +475,36 @@ def separate_ticks(axis: Any, length: float) -> None:
             locator.set_params(nbins=bins)
             if not _labels_touch(axis, _ticks_in_view(axis), _tick_texts(axis), length):
                 return
-    every = 2
-    while len(places) > every and _labels_touch(axis, places[::every], texts[::every], length):
-        every += 1
     if isinstance(locator, ticker.FixedLocator):
-        axis.set_major_locator(ticker.FixedLocator(places[::every]))
+        kept = _labels_apart(*_label_extents(axis, places, texts, length))
+        axis.set_major_locator(ticker.FixedLocator(places[kept]))
         if isinstance(axis.get_major_formatter(), ticker.FixedFormatter):
-            axis.set_major_formatter(ticker.FixedFormatter(texts[::every]))
+            axis.set_major_formatter(ticker.FixedFormatter([texts[place] for place in kept]))
+
+
+def _labels_apart(at: Any, sizes: Any) -> list[int]:
+    """Select labels that do not touch each other: first both ends, then in order what has room.
+
+    Args:
+        at: Places of the labels along the axis, mm.
+        sizes: Their extents along it, mm.
+
+    Returns:
+        Indices of the labels.
+    """
+    order = [int(place) for place in np.argsort(at, kind="stable")]
+    last = order[-1]
+    kept = [order[0]]
+    for place in order[1:-1]:
+        is_free = [
+            abs(at[place] - at[other]) >= (sizes[place] + sizes[other]) / 2.0
+            for other in (kept[-1], last)
+        ]
+        if all(is_free):
+            kept.append(place)
+    if at[last] - at[kept[-1]] >= (sizes[last] + sizes[kept[-1]]) / 2.0:
+        kept.append(last)
+    return sorted(kept)
 
 
 def _ticks_in_view(axis: Any) -> Any:
@@ -488,14 +518,19 @@ def _labels_touch(axis: Any, places: Any, texts: Sequence[str], length: float) -
     """Return True if neighbouring labels of an axis of a length (mm) touch each other."""
     if len(places) < 2:
         return False
+    at, sizes = _label_extents(axis, places, texts, length)
+    needed = (sizes[:-1] + sizes[1:]) / 2.0
+    return bool((np.abs(np.diff(at)) < needed).any())
+
+
+def _label_extents(axis: Any, places: Any, texts: Sequence[str], length: float) -> tuple[Any, Any]:
+    """Return places and extents of labels along an axis of a length (mm), mm."""
     transform = axis.get_transform()
     low, high = transform.transform(np.asarray(axis.get_view_interval(), dtype=np.float64))
     at = (transform.transform(places) - low) / (high - low) * length
     is_across = axis.axis_name == "x" and not _is_turned(axis)
     extent = _tick_width if is_across else _tick_height
-    sizes = np.array([extent(text) for text in texts])
-    needed = (sizes[:-1] + sizes[1:]) / 2.0
-    return bool((np.abs(np.diff(at)) < needed).any())
+    return at, np.array([extent(text) for text in texts])
 
 
 def _tick_width(text: str) -> float:

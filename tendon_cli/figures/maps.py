@@ -53,7 +53,7 @@ _MOST_WRITTEN_IN_ROW = 12
 _BOUNDARY_WIDTH = 1.2
 _LIMIT_WIDTH = 0.8
 _HATCH = "xxxx"
-_HATCH_EDGE: dict[str, Any] = {"edgecolor": "#4d4d4d", "linewidth": 0.0}
+_HATCH_EDGE: dict[str, Any] = {"edgecolor": LIMIT_COLOURS[0], "linewidth": 0.0}
 # Contours run with the higher values on their left. The ticks are on the right, where a limit is
 # broken.
 _EFFECTS = [
@@ -211,8 +211,10 @@ def _broken_style(place: int) -> dict[str, Any]:
 
 
 def _limit_colour(place: int) -> str:
-    """Return the colour of a limit by its place among the limits."""
-    return LIMIT_COLOURS[place % len(LIMIT_COLOURS)]
+    """Return the colour of a limit by its place among the limits; the first is on stiffness."""
+    if place == 0:
+        return LIMIT_COLOURS[0]
+    return LIMIT_COLOURS[1 + (place - 1) % (len(LIMIT_COLOURS) - 1)]
 
 
 def _draw_limit(
@@ -236,10 +238,30 @@ def _draw_limit(
         style: dict[str, Any] = {"solid_capstyle": "butt", "color": colour, "linewidth": width}
         for stroke_x, stroke_y in _strokes(x, y, room):
             axes.plot(stroke_x, stroke_y, path_effects=effects, gid=gid, **style)
-    elif min(room.shape) > 1 and crosses_zero(room):
+    elif _has_line(x, y, room):
         places = _extend_to_edges(x, y, room)
         lines = axes.contour(*places, levels=[0.0], colors=colour, linewidths=width)
         lines.set(path_effects=effects, gid=gid)
+
+
+def _has_line(x: Scale, y: Scale, room: Floats) -> bool:
+    """Return True if a line shows in a panel (y, x) where a limit is just kept.
+
+    If all designs of a panel keep the limit or all break it, there is none, although in a straight
+    line beyond the outermost designs there might be one.
+    """
+    if x.names or y.names:
+        return bool(_strokes(x, y, room))
+    if min(room.shape) == 1 or not crosses_zero(room):
+        return False
+    # Without the value of one corner a contour is drawn in the triangle of the other three.
+    _, _, values = _extend_to_edges(x, y, room)
+    values = values.filled(np.nan)
+    corners = np.stack([values[:-1, :-1], values[:-1, 1:], values[1:, :-1], values[1:, 1:]])
+    is_drawn = np.isfinite(corners).sum(axis=0) >= 3
+    is_above = (corners > 0.0).any(axis=0)
+    is_below = (corners <= 0.0).any(axis=0)
+    return bool((is_drawn & is_above & is_below).any())
 
 
 def _zero_crossings(places: Floats, values: Floats) -> list[tuple[float, bool]]:
@@ -260,13 +282,13 @@ def _zero_crossings(places: Floats, values: Floats) -> list[tuple[float, bool]]:
 def _hatch_negative(axes: Axes, x: Scale, y: Scale, room: Floats) -> None:
     """Hatch where `room` is negative, up to the line where it is zero.
 
-    If an axis is of names, or has one value, whole cells are hatched. Cells of NaN (no equilibrium)
-    are not.
+    If there is no such line, because an axis is of names or has one value or because no design has
+    room, whole cells are hatched. Cells of NaN (no equilibrium) are not.
     """
     is_negative = room < 0.0
     if not is_negative.any():
         return
-    if x.names or y.names or min(room.shape) == 1:
+    if x.names or y.names or not _has_line(x, y, room):
         cells = np.ma.masked_where(~is_negative, room)
         style: dict[str, Any] = {"facecolor": "none", "hatch": _HATCH, **_HATCH_EDGE}
         axes.pcolor(x.edges, y.edges, cells, gid="unstable", **style)
@@ -362,15 +384,14 @@ def _key(data: MapData, seen: slice) -> list[Any]:
     key: list[Any] = []
     if _has_cells(data):
         return _key_of_cells(data, seen)
-    if any(map(crosses_zero, data.margins[seen])):
+    if any(_has_line(data.x, data.y, margins) for margins in data.margins[seen]):
         label = "margin = 0, ticks on the slack side"
         key.append(_key_line(label, _BOUNDARY_WIDTH, INK))
     for place, (limit, label) in enumerate(data.limits.items()):
         rooms = data.rooms[limit][seen]
-        pieces = [piece for room in rooms for piece in _pieces(data.x, data.y, room)]
         if limit == STIFFNESS and (rooms < 0.0).any():
             key.append(Patch(facecolor="none", label=data.unstable, hatch=_HATCH, **_HATCH_EDGE))
-        elif any(map(crosses_zero, pieces)):
+        if any(_has_line(data.x, data.y, room) for room in rooms):
             key.append(_key_line(label, _LIMIT_WIDTH, _limit_colour(place)))
     if not np.isfinite(data.margins[seen]).all():
         key.append(hatch_key("no equilibrium at some elbow angle"))

@@ -23,7 +23,7 @@ from tendon_cli.answer_record import (
     value_of,
 )
 from tendon_cli.cube.choice_grid import pretension_name
-from tendon_cli.cube.labels import plain
+from tendon_cli.cube.labels import plain, with_symbols
 from tendon_cli.figures.backend import Axes, Line2D, Patch
 from tendon_cli.figures.frame import Page, framed, source_of
 from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO, house_style
@@ -101,7 +101,7 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
         label = f"between these lines at least {say.percent(record['serve'])} of them are served"
         key.append(Line2D([], [], label=label, **_LIMIT))
     for reason, style in zip(reasons, styles, strict=True):
-        key.append(Line2D([], [], label=plain(reason["text"], width=60, lines=2), **style))
+        key.append(Line2D([], [], label=with_symbols(reason["text"], width=60, lines=2), **style))
     unbalanced = int(np.isnan(low).sum())
     notes = []
     if unbalanced:
@@ -113,7 +113,7 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
         notes.append(
             f"Shown: {_MOST_LINES:,} of {balanced:,} windows, evenly spaced in their order."
         )
-    page = framed(population["title"], 68.0, key, notes, study=source_of(record))
+    page = framed(population["title"], 68.0, key, notes, study=source_of(record), is_of_answer=True)
     shape: dict[str, Any] = {"ncols": 2, "width_ratios": [1.5, 1.0]} if has_bodies else {}
     panels = page.figure.subplots(1, squeeze=False, **shape)[0]
     _draw_windows(panels[0], low, high, is_served, band, pretension, record["question"]["unit"])
@@ -290,7 +290,7 @@ def how_sure(record: AnswerRecord) -> Page:
     key = []
     if ends:
         key = [Patch(facecolor=colour, label=label) for label, colour in _INDICES.values()]
-    page = framed(population["title"], 66.0, key, study=source_of(record))
+    page = framed(population["title"], 66.0, key, study=source_of(record), is_of_answer=True)
     widths = [1.6, *[1.0] * len(ends)]
     panels = page.figure.subplots(1, len(widths), width_ratios=widths, squeeze=False)[0]
     _draw_probability(panels[0], record)

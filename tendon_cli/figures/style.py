@@ -48,8 +48,8 @@ FAINT = "#8a8a8a"
 
 OKABE_ITO = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#5a5a5a", "#000000")
 """Colours that everybody tells apart, for values without an order."""
-LIMIT_COLOURS = (INK, "#006b4e", "#8f2d72", "#5a4a00", "#7a0019", "#003a70", "#4d4d4d")
-"""Dark colours of limits, the first of which is that on stiffness."""
+LIMIT_COLOURS = ("#4d4d4d", "#006b4e", "#8f2d72", "#5a4a00", "#7a0019", "#003a70", "#3d0a66")
+"""Dark colours of limits, none of them INK. The first is that of the limit on stiffness."""
 COLOUR_OF_LIMIT = {
     "extensor slack": OKABE_ITO[1],
     "flexor slack": OKABE_ITO[4],

@@ -27,6 +27,7 @@ import tendon_cli
 from tendon_cli.figures import frame
 from tendon_cli.figures.backend import FigureCanvasAgg
 from tendon_cli.figures.style import house_style
+from tendon_cli.quantities import QUANTITIES
 
 BEYOND = 0.5
 """Length by which a box may lie beyond the canvas, pt; a box is a little larger than its ink."""
@@ -36,6 +37,18 @@ SMALLEST = 10.0
 """Least width and height of a panel, pt."""
 _DOLLAR = re.compile(r"(?<!\\)\$")
 _UNSET = re.compile(r"[_^]\{|\\mathit")
+
+
+def _words_of_code() -> set[str]:
+    """Return the names and the symbols of quantities that a figure shows in other letters."""
+    symbols = {word for quantity in QUANTITIES.values() for word in quantity.symbol.split()}
+    return {word for word in (*symbols, *QUANTITIES) if "_" in word or "^" in word}
+
+
+_RAW = re.compile(
+    rf"(?<!\w)({'|'.join(map(re.escape, sorted(_words_of_code(), key=len, reverse=True)))})(?!\w)"
+)
+"""A symbol such as R_f, or the name of a column such as max_tension, as it is in the code."""
 
 _CURVE = re.compile(r"(curve|binds|from .*|to .*)$")
 """Names of the lines that show results."""
@@ -191,6 +204,8 @@ def _formula_faults(words: str) -> Iterator[str]:
         outside = " ".join(pieces[::2])
         if len(pieces) % 2 == 0 or _UNSET.search(outside):
             yield f'"{line[:60]}" shows a formula that is not set'
+        elif _RAW.search(outside):
+            yield f'"{line[:60]}" shows a symbol as it is in the code'
 
 
 def _boxes(figure: Any, renderer: Any) -> Iterator[_Box]:

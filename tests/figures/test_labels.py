@@ -6,13 +6,15 @@ import itertools
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from matplotlib.text import Text
 
 from tendon_cli import design
 from tendon_cli.cube.cube import choices_of
 from tendon_cli.figures.answer_figures import answer_figure
 from tendon_cli.figures.backend import FigureCanvasAgg
-from tendon_cli.figures.frame import framed
+from tendon_cli.figures.frame import framed, separate_ticks
 from tendon_cli.figures.style import broken, house_style
 from tendon_cli.tables.read import TableFiles, open_table
 from tests.figures.runs import (
@@ -103,6 +105,32 @@ def test_labels_of_ticks_are_apart_in_curves(close: TableFiles) -> None:
         assert_ticks_apart(figure)
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_only_ticks_that_touch_a_neighbour_are_left_out(seed: int) -> None:
+    """A tick in the middle of much room was left out, because every other one was."""
+    rng = np.random.default_rng(seed)
+    places = np.sort(rng.uniform(0.0, 100.0, 12)).round(1)
+    with house_style():
+        figure = framed("", 60.0).figure
+        figure.set_layout_engine("none")
+        axes = figure.add_axes((0.2, 0.3, 0.7, 0.6))
+        axes.set(xlim=(0.0, 100.0), ylim=(0.0, 100.0))
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_ticks(places)
+        millimetres = figure.get_size_inches() * 25.4 * (0.7, 0.6)
+        drawn(figure)
+        heights = [label.get_window_extent().height for label in axes.get_yticklabels()]
+        for axis, length in zip((axes.xaxis, axes.yaxis), millimetres, strict=True):
+            separate_ticks(axis, float(length))
+    assert_ticks_apart(figure)
+    kept = axes.get_yticks()
+    assert {places[0], places[-1]} <= set(kept)
+    height = max(heights) / axes.bbox.height * 100.0
+    for place in set(places) - set(kept):
+        assert np.abs(kept - place).min() < 1.5 * height
+    assert len(kept) < len(places)
+
+
 @pytest.mark.parametrize("size", ["column", "60 mm"])
 def test_the_label_of_y_is_whole_for_every_column(read_at_joint: TableFiles, size: str) -> None:
     for name in ("margin", "peak_motor_torque", "min_elbow_stiffness", "unstable_fraction"):
@@ -137,11 +165,21 @@ def test_no_line_of_a_caption_ends_within_an_equation() -> None:
         assert not any(line.endswith((" =", "₁", "N", "0")) for line in lines)
 
 
-@pytest.mark.parametrize("rows", [3, 20])
-def test_the_star_of_a_map_is_in_its_cell(rows: int, tmp_path: Path) -> None:
+GRIDS: dict[str, tuple[Any, Any]] = {
+    "few": (grid("0.5 kN/m", "4 kN/m", 5), grid("20 mm", "40 mm", 3)),
+    "low rows": (grid("0.5 kN/m", "4 kN/m", 5), grid("20 mm", "40 mm", 20)),
+    "narrow columns": (grid("0.5 kN/m", "4 kN/m", 20), grid("20 mm", "40 mm", 4)),
+    "listed": (["1 kN/m", "2 kN/m", "4 kN/m"], ["20 mm", "24 mm", "30 mm", "31 mm", "40 mm"]),
+}
+"""Springs and radii of the choices of an answer."""
+
+
+@pytest.mark.parametrize("name", GRIDS)
+def test_the_star_of_a_map_is_at_its_values_and_covers_no_text(name: str, tmp_path: Path) -> None:
+    springs, radii = GRIDS[name]
     content = {
-        "spring": {"stiffness": grid("0.5 kN/m", "4 kN/m", 5)},
-        "spool": {"flexor_radius": grid("20 mm", "40 mm", rows)},
+        "spring": {"stiffness": springs},
+        "spool": {"flexor_radius": radii},
         "load": {"mass": ["4 kg", "5 kg"]},
         "motion": {"elbow_angle": grid("0 deg", "90 deg", 7)},
     }
@@ -149,15 +187,22 @@ def test_the_star_of_a_map_is_in_its_cell(rows: int, tmp_path: Path) -> None:
     cube = choices_of(open_table(tmp_path / "out" / "choices.parquet"))
     page = answer_figure("tolerance_map", cube, answer.record)
     assert page is not None
-    drawn(page.figure)
+    box = drawn(page.figure)
     axes = page.figure.axes[0]
     (star,) = by_gid(axes, "best")
-    step = 20.0 / (rows - 1)
-    # A choice between the points of the grid is marked in the cell that holds it.
-    between = 1e3 * answer.record["best"]["spool_flexor_radius"]
-    radius = 20.0 + step * round((between - 20.0) / step)
-    low, high = (axes.transData.transform((1.0, radius + side * step / 2.0))[1] for side in (-1, 1))
-    middle = axes.transData.transform(star.get_xydata()[0])[1]
+    best = answer.record["best"]
+    values = (best["spring_stiffness"] / 1e3, best["spool_flexor_radius"] * 1e3)  # kN/m, mm
+    np.testing.assert_allclose(star.get_xydata()[0], values, rtol=1e-12)
+    if name == "listed":
+        for value, ticks in zip(values, (axes.get_xticks(), axes.get_yticks()), strict=True):
+            assert np.abs(ticks - value).min() < 1e-9
+    middle = axes.transData.transform(values)
     half = star.get_markersize() / 2.0 * page.figure.dpi / 72.0
-    assert low <= middle - half
-    assert middle + half <= high + 1.0
+    texts = by_gid(axes, "value")
+    assert bool(texts) == (name != "narrow columns")  # in which they would touch each other
+    for one, other in itertools.combinations(filter(Text.get_text, texts), 2):
+        assert not box(one).overlaps(box(other))
+    for text in texts:
+        extent = box(text)
+        apart = np.maximum(extent.min - (middle + half), (middle - half) - extent.max)
+        assert apart.max() > 0.0 or not text.get_text()

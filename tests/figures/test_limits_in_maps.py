@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_hex
+from matplotlib.contour import ContourSet
 
 from tendon_cli.cube.cube import cube_of
 from tendon_cli.figures.draw import draw_run
@@ -167,3 +170,98 @@ def test_a_limit_on_pretension_holds_for_the_larger_of_two(tmp_path: Path) -> No
     room = cube.room("max_pretension", np.arange(run.rows))
     np.testing.assert_allclose(room, 170.0 - larger, rtol=1e-12)
     assert by_gid(panels(figure_of(run))[0], "max_pretension")
+
+
+# --- Lines and their key --------------------------------------------------------------------------
+
+CASES = [
+    {"name": "light", "arm": {"forearm_mass": "0.6 kg"}},
+    {"name": "heavy", "arm": {"forearm_mass": "9 kg"}},
+]
+MAPS: dict[str, dict[str, Any]] = {
+    "uneven": {
+        "spring": {"stiffness": ["3 kN/m", "5 kN/m"]},
+        "spool": {"ratio": [0.6, 0.625, 0.65, 0.8]},
+        "tendon": {"pretension": grid("100 N", "350 N", 6)},
+        "load": {"mass": ["0 kg", "5 kg"]},
+    },
+    "unstable alone": {
+        "spring": {"stiffness": ["3 kN/m", "5 kN/m"]},
+        "spool": {"ratio": [0.6, 0.7]},
+        "tendon": {"pretension": "150 N"},
+    },
+    "cases": {"cases": CASES, "tendon": {"pretension": grid("0 N", "300 N", 7)}},
+    "without equilibrium": {
+        "arm": {"a1": grid("10 mm", "80 mm", 8), "b1": grid("60 mm", "250 mm", 9)},
+        "motion": {"elbow_angle": grid("0 deg", "170 deg", 18)},
+        "tendon": {"pretension": ["90 N", "150 N"]},
+    },
+    "many limits": {
+        **STUDY,
+        "load": {"mass": ["0 kg", "5 kg"]},
+        "limits": {
+            "min_elbow_stiffness": "1 N m/rad",
+            "max_tension": "300 N",
+            "max_pretension": "200 N",
+            "max_spool_travel": "150 deg",
+            "peak_motor_torque": "8 N m",
+            "peak_motor_speed": "3 rad/s",
+            "peak_motor_power": "6 W",
+            "max_spring_extension": "40 mm",
+        },
+    },
+}
+"""Studies whose maps have lines in some panels and none in others, or hatches without a line."""
+
+Style = tuple[str, float]
+"""Colour and width, pt."""
+
+
+def lines_of(axes: Any) -> Iterator[tuple[str, Style]]:
+    """Yield the name and the style of each line in a panel of a map."""
+    for line in axes.lines:
+        yield str(line.get_gid()), (to_hex(line.get_color()), line.get_linewidth())
+    for lines in axes.collections:
+        is_line = isinstance(lines, LineCollection | ContourSet) and not getattr(
+            lines, "filled", False
+        )
+        if is_line and any(len(path.vertices) for path in lines.get_paths()):
+            (colour,) = {to_hex(each) for each in lines.get_edgecolor()}
+            yield str(lines.get_gid()), (colour, float(lines.get_linewidth()[0]))
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_the_key_has_every_line_that_is_drawn_and_no_other(name: str, tmp_path: Path) -> None:
+    figure = figure_of(designs(tmp_path / "run", MAPS[name]))
+    styles: dict[str, set[Style]] = {}
+    for axes in panels(figure):
+        for gid, style in lines_of(axes):
+            styles.setdefault(gid, set()).add(style)
+    assert styles
+    assert all(len(of_limit) == 1 for of_limit in styles.values())  # alike in each panel
+    drawn = sorted(style for of_limit in styles.values() for style in of_limit)
+    entries = [
+        (to_hex(handle.get_color()), handle.get_linewidth())
+        for handle in figure.legends[0].legend_handles
+        if hasattr(handle, "get_color")
+    ]
+    assert drawn == sorted(entries)
+    assert len({colour for colour, _ in drawn}) == min(len(drawn), 7)
+
+
+@pytest.mark.parametrize("name", ["uneven", "unstable alone"])
+def test_what_is_hatched_ends_at_a_line_or_at_the_edge_of_the_panel(
+    name: str, tmp_path: Path
+) -> None:
+    kinds = set()  # (is hatched, has a line) of each panel
+    for axes in panels(figure_of(designs(tmp_path / "run", MAPS[name]))):
+        areas = by_gid(axes, "unstable")
+        has_line = "min_elbow_stiffness" in dict(lines_of(axes))
+        kinds.add((bool(areas), has_line))
+        if areas and not has_line:
+            (mesh,) = by_gid(axes, "margin")
+            assert len(areas[0].get_paths()) == mesh.get_array().size  # every cell
+        assert areas or not has_line
+    assert (True, True) in kinds
+    if name == "uneven":
+        assert kinds == {(True, True), (True, False), (False, False)}

@@ -234,6 +234,40 @@ def an_answer_for_people(folder: Path) -> None:
     answered({**GRID, "title": TITLE, "people": people, "design": {"verify": 0}}, folder)
 
 
+WITH_INDEX = {
+    "spool": {"flexor_radius": ["30 mm", "40 mm"], "ratio": [0.6, 0.7]},
+    "anchor": {"stiffness": ["20 kN/m", "40 kN/m"]},
+    "arm": {"load_distance": ["280 mm", "320 mm"], "a1": "40 mm +/- 4 mm"},
+    "joint": {"stiffness": "1 N m/rad +/- 0.4 N m/rad", "rest_angle": "73 deg"},
+    "spring": {"stiffness": "5 kN/m"},
+    "load": {"mass": ["0 kg", "5 kg"]},
+    "motion": ANGLES,
+    "uncertainty": {"draws": 16},
+    "design": {"conditions": ["load.mass", "arm.load_distance"], "verify": 0},
+}
+"""A study whose choices, conditions and draws are of quantities that have symbols with an index."""
+
+
+@picture(*OF_ANSWERS, f"{FIGURE}served.for_whom", f"{FIGURE}served.how_sure", BETWEEN)
+def symbols_with_an_index(folder: Path) -> None:
+    """Draw an answer for persons, some of whom are not served, and what it rests on."""
+    answered(WITH_INDEX, folder / "draws")
+    few = {**WITH_INDEX, "people": {"count": 24, "seed": 1}, "limits": {"max_tension": "330 N"}}
+    answered({**few, "arm": {"load_distance": ["280 mm", "320 mm"]}}, folder / "people", "between")
+
+
+@picture(MAPS, CURVES, is_quick=False)
+def panels_of_symbols_with_an_index(folder: Path) -> None:
+    """Draw maps and lines over quantities that have symbols with an index."""
+    study = {name: WITH_INDEX[name] for name in ("spool", "anchor", "spring", "load", "motion")}
+    swept(
+        {**study, "arm": {"load_distance": ["280 mm", "320 mm"]}},
+        folder,
+        {"quantity": ["flexor_tension_distal", "elbow_torque"], "colour": "spool.flexor_radius"},
+        {"quantity": "margin", "x": "spool.flexor_radius"},
+    )
+
+
 @picture(
     f"{FIGURE}answer_figures.draw_windows",
     f"{FIGURE}served.for_whom",
@@ -541,8 +575,9 @@ def test_faults_are_found() -> None:
         assert len(faults_of(figure)) == 2
         figure.text(0.99, 0.5, "beyond the edge")
         panel.annotate("lost $dollar", (0.5, 0.5))
+        panel.annotate("R_f 30 mm", (0.5, 0.1))
         faults = faults_of(figure)
-    for words in ("is cut off by", "x of 0) and", "F_{o}", "$dollar"):
+    for words in ("is cut off by", "x of 0) and", "F_{o}", "$dollar", "R_f 30 mm"):
         assert any(words in fault for fault in faults)
 
 
@@ -579,3 +614,13 @@ def test_the_width_of_a_text_is_as_drawn(word: str) -> None:
         figure.draw_without_rendering()
         drawn = written.get_window_extent().width / figure.dpi * 25.4  # mm
     assert text_width(f"i\n{text}", 6.5) == pytest.approx(drawn, rel=0.06)
+
+
+def test_symbols_are_set_in_sentences_of_an_answer_but_not_in_what_a_user_wrote() -> None:
+    text = "R_f 30 mm, K_t of $5, my_R_f"
+    with house_style():
+        users = framed(text, 40.0)
+        answers = framed(text, 40.0, is_of_answer=True)
+    assert [page.title for page in (users, answers)] == [text, text]
+    titles = [page.figure.texts[0].get_text() for page in (users, answers)]
+    assert titles == [r"R_f 30 mm, K_t of \$5, my_R_f", r"$R_{f}$ 30 mm, $K_{t}$ of \$5, my_R_f"]

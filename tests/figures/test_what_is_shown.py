@@ -216,6 +216,17 @@ def test_quantities_of_another_size_have_their_own_axis(run: TableFiles) -> None
         assert bool(second.get_ylabel()) != alike
 
 
+def test_an_axis_of_pure_numbers_has_their_name(tmp_path: Path) -> None:
+    content = {
+        "spring": {"stiffness": ["3 kN/m", "5 kN/m", "7 kN/m"]},
+        "motion": {"elbow_angle": grid("0 deg", "90 deg", 7), "speed": "60 deg/s"},
+    }
+    names = ("efficiency", "slack_fraction", "peak_motor_power", "unstable_fraction")
+    shown = panels(figure_of(designs(tmp_path / "run", content), quantity=names))
+    labels = [axes.get_ylabel() for axes in shown]
+    assert labels == ["efficiency", "slack fraction", "power (W)", "unstable fraction"]
+
+
 def test_panels_that_repeat_are_drawn_once(run: TableFiles, tmp_path: Path) -> None:
     arms = figure_of(run, quantity="flexor_moment_arm", panels="pretension")
     assert len(panels(arms)) == 1
