@@ -8,14 +8,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from tendon_cli.friction.budget import FEW, FEW_SHARE, RESOLUTION, ZEROS
+from tendon_cli.friction.budget import FEW, FEW_SHARE, LEAST_SCATTER, RESOLUTION, ZEROS
 from tendon_cli.friction.effects import DELAY, ENTRY, FORCE, OFFSETS
 from tendon_cli.friction.estimate import FrictionEstimate, climbing
 from tendon_cli.friction.fit_result import DOUBT, Check, Fit
 from tendon_cli.friction.models import REFUTED
 from tendon_cli.friction.reading.header import force_factor
 from tendon_cli.friction.strokes import disagreement
-from tendon_cli.friction.usable_rows import AT_REST, NOT_POSITIVE, SATURATED, SPIKE, UNLOADED, Log
+from tendon_cli.friction.usable_rows import (
+    AT_REST,
+    LOG_ROWS,
+    NOT_POSITIVE,
+    SATURATED,
+    SPIKE,
+    UNLOADED,
+    Log,
+)
 from tendon_cli.units import counted, shorten
 
 _SHOWN = 0.5
@@ -407,6 +415,13 @@ class Remarks:
                 f"the resolution of the cells makes {self.mu} uncertain by {100.0 * coarse:.0f} %;"
                 " use a finer converter"
             )
+        least = LEAST_SCATTER * friction / math.sqrt(self.points.strokes)
+        if not self.log.shows_steps and self.result.average.scatter < least:
+            remark = (
+                "repeated readings are all alike and do not show how finely the cells read: a unit"
+                " of the last decimal is assumed; use a finer converter"
+            )
+            (self.warnings if len(self.log.way) >= LOG_ROWS else self.notes).append(remark)
         if self.points.strokes < FEW:
             self.warnings.append(
                 f"{counted(self.points.strokes, 'stroke')} cannot show how strokes scatter:"
