@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from tendon_cli.errors import InputError
 from tendon_cli.friction import fit_friction
 from tendon_cli.friction.budget import BEND, RESOLUTION, SCATTER
 
-from .cases import fits_of, mentions, readings
+from .cases import CASES, fits_of, log_of, mentions, readings
 from .rig import Rig, simulate
 
 TABLE = Path(__file__).parents[2] / "configs" / "friction" / "table_a1.csv"
@@ -193,6 +194,50 @@ def test_nominal_weights_do_not_pass_for_a_coarse_cell() -> None:
     fit = fit_friction(log, bend_angle="144 deg")
     assert fit.uncertainty.contribution_of(RESOLUTION) < 0.005 * fit.friction
     assert not mentions(fit.warnings, "resolution")
+
+
+def log_with_a_warming_cell(seed: int, drift: float) -> dict[str, np.ndarray]:
+    """Return a log under four weights while the zero of the motor's cell drifts, in N."""
+    random = np.random.default_rng(seed)
+    limit = 0.1 * math.radians(300.0)
+    place = -1.0
+    rows = []
+    for stroke in range(14):
+        way = 1 if stroke % 2 == 0 else -1
+        friction = limit * (1.0 + 0.005 * random.standard_normal())
+        load = np.linspace(18.0, 42.0, 4)[(stroke // 2) % 4]
+        for _ in range(100):
+            place = float(np.clip(place + way / 5.0, -1.0, 1.0))
+            rows.append((way, load * math.exp(friction * place), load))
+    table = np.array(rows)
+    table[:, 1:] += 0.06 * random.standard_normal((len(table), 2))
+    table[:, 1] += drift * (1.0 - np.exp(-4.0 * np.linspace(0.0, 1.0, len(table))))
+    return {
+        "direction": table[:, 0],
+        "force_motor (N)": table[:, 1],
+        "force_load (N)": table[:, 2],
+    }
+
+
+@pytest.mark.parametrize("drift", [0.75, 0.0, -0.75])
+def test_a_zero_that_drifts_is_warned_of(drift: float) -> None:
+    for seed in range(4):
+        fit = fit_friction(log_with_a_warming_cell(seed, drift), bend_angle="300 deg")
+        drifts = any(text.startswith("drift: ") for text in fit.warnings)
+        assert drifts == bool(drift)
+        assert drifts or holds(fit, 0.1)
+        check = next(check for check in fit.checks if check.name == "drift")
+        assert check.found is bool(drift)
+
+
+def test_a_delay_that_the_readings_favour_is_warned_of_though_it_is_rare() -> None:
+    words = "may be 0.016 unit of the file's time late"
+    for delay, is_late in ((1, True), (0, False)):
+        rig = replace(CASES["delay 20 ms, varying"].rig, delay=delay)
+        logs = simulate(rig, 25, first_seed=300)
+        fit = fit_friction(log_of(rig, logs, 14), rig.bend_angle)
+        assert holds(fit, 0.1) is not is_late
+        assert mentions(fit.warnings, words) is is_late
 
 
 def test_readings_of_one_stroke_count_once(csv_file) -> None:
