@@ -31,7 +31,7 @@ from tendon_cli.friction.usable_rows import (
     Log,
     bend_groups,
     noise_of,
-    resolution_of,
+    resolutions_of,
     unusable,
 )
 from tendon_cli.units import counted, shorten
@@ -106,8 +106,10 @@ def prepare(
     if first == "2":
         cells = cells[::-1]
         names = names[::-1]
+    written = cells
     cells = _zeroed(cells, zeros)
-    steps = (resolution_of(cells[0]), resolution_of(cells[1]))
+    stroke_of_row = np.full(len(readings.rows), -1, dtype=np.int64)
+    steps, _ = resolutions_of(written, stroke_of_row)
     way, rest = stated_motion(readings)
     codes = unusable(cells, steps, rest)
     good = _good_rows(codes, readings.source)
@@ -128,6 +130,8 @@ def prepare(
     if cell != first:
         return replace(prepare(readings, bend, cell, zeros), notes=notes)
     stroke = _strokes(readings, side, bend, good, is_settled)
+    stroke_of_row[good] = stroke
+    steps, shows_steps = resolutions_of(written, stroke_of_row)
     order = np.argsort(stroke, kind="stable")
     order = order[side[order] != 0]
     rows = np.flatnonzero(good)[order]
@@ -144,6 +148,7 @@ def prepare(
         half=half[order],
         noise=noise[order],
         steps=steps,
+        shows_steps=shows_steps,
         time=None if is_settled else readings.times[rows],
         settled=is_settled,
         mean_force=float(np.mean(np.log(forces[1][order]))),

@@ -8,14 +8,23 @@ from dataclasses import replace
 
 import numpy as np
 
-from tendon_cli.friction.budget import FEW, FEW_SHARE, RESOLUTION, ZEROS
-from tendon_cli.friction.effects import DELAY, ENTRY, FORCE, OFFSETS
+from tendon_cli.friction.budget import FEW, FEW_SHARE, LEAST_SCATTER, RESOLUTION, ZEROS
+from tendon_cli.friction.effects import DELAY, ENTRY, FORCE, OFFSETS, STRICT
 from tendon_cli.friction.estimate import FrictionEstimate, climbing
 from tendon_cli.friction.fit_result import DOUBT, Check, Fit
 from tendon_cli.friction.models import REFUTED
 from tendon_cli.friction.reading.header import force_factor
+from tendon_cli.friction.reading.readings import Floats
 from tendon_cli.friction.strokes import disagreement
-from tendon_cli.friction.usable_rows import AT_REST, NOT_POSITIVE, SATURATED, SPIKE, UNLOADED, Log
+from tendon_cli.friction.usable_rows import (
+    AT_REST,
+    LOG_ROWS,
+    NOT_POSITIVE,
+    SATURATED,
+    SPIKE,
+    UNLOADED,
+    Log,
+)
 from tendon_cli.units import counted, shorten
 
 _SHOWN = 0.5
@@ -53,6 +62,10 @@ _DRIFT_STROKES = 6
 _BY_CHANCE = 0.02
 """Probability below which a drift is shown; two drifts are tried, of μ and of the gain, so
 chance makes at most four in a hundred logs."""
+_HARDLY_BY_CHANCE = 0.002
+"""Probability below which a drift of a zero is shown: it is warned of when it is small, too."""
+_ZERO_MOVES = 0.01
+"""Least share of μ by which a drift of a zero must move it to be warned of."""
 _BARE = 0.2
 """Share of the usual force below which both cells are without load while the motor rests."""
 _CLIMBS = 0.02
@@ -83,6 +96,17 @@ def doubts_of(fit: Fit, column: str) -> list[str]:
     return [f"{DOUBT}: {'; '.join(reasons)}"] if reasons else []
 
 
+def _regression(columns: list[Floats], target: Floats) -> tuple[Floats, Floats, int]:
+    """Fit a target by columns; return values, their standard errors, and degrees of freedom."""
+    design = np.stack(columns, axis=1)
+    inverse = np.linalg.pinv(design.T @ design)
+    values = inverse @ design.T @ target
+    free = max(len(target) - design.shape[1], 1)
+    squares = np.sum((target - design @ values) ** 2)
+    error = np.sqrt(np.maximum(np.diag(inverse) * squares / free, 1e-300))
+    return values, error, free
+
+
 class Remarks:
     """Remarks on a fit, each in one line: the finding, its effect on μ, and what to do about it."""
 
@@ -109,6 +133,7 @@ class Remarks:
         self.warnings = [*fit.warnings]
         self._check_effects()
         self._check_which_cell()
+        self._check_rare_delay()
         self._check_drift()
         if not self._check_without_load():
             self._check_zeros()
@@ -194,6 +219,30 @@ class Remarks:
             " state what the cells read without load (--zero-motor, --zero-load)"
         )
 
+    def _check_rare_delay(self) -> None:
+        """Warn of a delay that the readings favour, but that is left out because it is rare.
+
+        It is warned of if μ would then lie outside the interval.
+        """
+        average = self.result.average
+        low, high = self.fit.uncertainty.interval_95
+        likeliest = max(model.evidence for model in average.models if DELAY not in model.effects)
+        late = [model for model in average.models if DELAY in model.effects]
+        if self.result.delay or not late or DELAY in average.best.effects:
+            return
+        best = max(late, key=lambda model: model.evidence)
+        is_favoured = best.evidence + STRICT[DELAY] > likeliest
+        if not is_favoured or low <= best.friction <= high:
+            return
+        value = best.value(DELAY)[0]
+        cell = "load" if value > 0.0 else "motor"
+        unit = self.time_unit or "unit of the file's time"
+        self.warnings.append(
+            f"delay: the {cell}'s cell may be {abs(value):.2g} {unit} late, which these readings"
+            f" hardly show; {self.mu} would be {best.friction:.4g}; log both cells with one clock"
+            " and one filter, and make the strokes longer"
+        )
+
     def _check_drift(self) -> None:
         """Test if strokes change along the file, which is never fitted."""
         from scipy.special import stdtr
@@ -208,15 +257,11 @@ class Remarks:
         slopes = [self.friction * bend * place, bend]  # of a drift of μ, and of μ
         if points.both_ways:
             slopes += [place, np.ones(len(residual))]  # of a drift of the gain, and of the gain
-        design = np.stack(slopes, axis=1)
-        inverse = np.linalg.pinv(design.T @ design)
-        values = inverse @ design.T @ residual
-        free = max(len(residual) - design.shape[1], 1)
-        squares = np.sum((residual - design @ values) ** 2)
-        error = np.sqrt(np.maximum(np.diag(inverse) * squares / free, 1e-300))
+        values, error, free = _regression(slopes, residual)
         chance = 2.0 * stdtr(free, -np.abs(values) / error)
         drifts = (chance < _BY_CHANCE) & (np.abs(values) > _MATTERS)
-        has_drift = bool(drifts[::2].any())
+        zero_drift = "" if drifts[::2].any() else self._zero_drift(residual, bend, place)
+        has_drift = bool(drifts[::2].any()) or bool(zero_drift)
         self.checks.append(Check("drift", float(values[0]), float(error[0]), "1", has_drift, 0.0))
         speed = self.fit.speed
         if drifts[0] and speed and abs(speed.power) > 3.0 * speed.standard_error:
@@ -225,6 +270,8 @@ class Remarks:
                 " mean over the speeds in the file; measure at the speed that you use"
             )
             drifts[0] = False
+        if zero_drift:
+            self.warnings.append(zero_drift)
         changes = {self.mu: values[0]} if drifts[0] else {}
         if points.both_ways and drifts[2]:
             changes["the ratio of the cells at the same force"] = values[2]
@@ -235,6 +282,45 @@ class Remarks:
                 " or gain drifts, or the tendon warms up or runs in: read the cells without load"
                 " before and after, warm up the cells, run the tendon in, and measure again"
             )
+
+    def _zero_drift(self, residual: Floats, bend: Floats, place: Floats) -> str:
+        """Return a warning of a cell whose zero drifts; "" if none does.
+
+        It is one number, which adds place/F to the log ratio, and shows where a change of the gain
+        does not. It matters if it may move μ by more than the interval allows for.
+
+        Args:
+            residual: Mean residual of each stroke.
+            bend: Mean bend angle of each stroke, with the sign of its direction.
+            place: Place of each stroke in the file, from -1/2 to 1/2.
+        """
+        from scipy.special import stdtr
+
+        points = self.points
+        if not points.both_ways:
+            return ""
+        average = self.result.average
+        low, high = self.fit.uncertainty.interval_95
+        allowed = max(0.5 * (high - low), _ZERO_MOVES * self.friction)
+        count = np.bincount(points.stroke)
+        for number, end in enumerate(("motor", "load")):
+            cell = points.motor if number == 0 else points.load
+            inverse_force = np.bincount(points.stroke, 1.0 / cell) / count
+            slopes = [inverse_force * place, bend, np.ones(len(residual))]
+            if any(OFFSETS[number] in model.effects for model in average.models):
+                slopes.append(inverse_force)
+            values, error, free = _regression(slopes, residual)
+            change = float(values[0])
+            chance = 2.0 * float(stdtr(free, -abs(change) / float(error[0])))
+            moved = abs(average.models[0].zero[number] * change)
+            if chance < _HARDLY_BY_CHANCE and moved > allowed:
+                unit = f" {self.fit.unit}" if self.fit.unit else ""
+                return (
+                    f"drift: the zero of the {end}'s cell changes by {change:+.2g}{unit} over the"
+                    f" file, which may move {self.mu} by {100.0 * moved / self.friction:.1f} %:"
+                    " read the cells without load before and after, warm them up, and measure again"
+                )
+        return ""
 
     def _check_without_load(self) -> bool:
         """Say what the cells read at rest without load, before and after the strokes.
@@ -407,6 +493,13 @@ class Remarks:
                 f"the resolution of the cells makes {self.mu} uncertain by {100.0 * coarse:.0f} %;"
                 " use a finer converter"
             )
+        least = LEAST_SCATTER * friction / math.sqrt(self.points.strokes)
+        if not self.log.shows_steps and self.result.average.scatter < least:
+            remark = (
+                "repeated readings are all alike and do not show how finely the cells read: a unit"
+                " of the last decimal is assumed; use a finer converter"
+            )
+            (self.warnings if len(self.log.way) >= LOG_ROWS else self.notes).append(remark)
         if self.points.strokes < FEW:
             self.warnings.append(
                 f"{counted(self.points.strokes, 'stroke')} cannot show how strokes scatter:"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -52,12 +53,16 @@ _MOST_SPIKES = 0.2
 """Share of the rows from which seeming spikes are the corners of steep strokes."""
 _NOTHING = 1e-20
 """Force, in any unit, that no cell reads; ratios to larger ones are finite."""
-_LOG_ROWS = 60
+LOG_ROWS = 60
 """Number of rows from which neighbours show the value of a row; shorter files are typed by hand."""
 _ENOUGH_VALUES = 10
-"""Number of different values from which they show the step of a cell."""
+"""Number of different values from which they show the step of a cell without strokes."""
+_STEPPING = 0.5
+"""Share of the strokes of a log in which a cell steps, from which fewer values show its step."""
 _FINEST_DECIMALS = 9
-"""Largest number of decimals that is tried on fewer values."""
+"""Largest number of decimals that is tried where no step shows."""
+_SAME_READING = 1e-9
+"""Difference of two readings, as a share of the largest, up to which they are one."""
 _SAME_BEND = 0.02
 """Share by which two readings of one bend angle may differ: nobody measures it better."""
 
@@ -86,6 +91,8 @@ class Log:
     """Standard deviation of the log ratio, rounding included."""
     steps: tuple[float, float]
     """Resolutions of the motor's and of the load's cell."""
+    shows_steps: bool
+    """True if the readings of a cell show its resolution; else it is the last decimal written."""
     time: Floats | None
     """Time in the unit of the file; None if rows are no log in order of time."""
     settled: bool
@@ -153,18 +160,64 @@ def bend_groups(bend: Floats) -> Integers:
     return np.asarray(1 + np.cumsum(steps), dtype=np.int64)[place]
 
 
-def resolution_of(readings: Floats) -> float:
-    """Return the smallest step of the readings of one cell.
+def resolutions_of(
+    written: tuple[Floats, Floats], stroke: Integers
+) -> tuple[tuple[float, float], bool]:
+    """Return the resolutions of the motor's and of the load's cell.
 
-    Ten different values show it. With fewer it is a unit of the last decimal that is written, since
-    three readings 0.378 apart do not mean that the cell counts in steps of 0.378.
+    A cell that reads the same throughout most strokes shows no step. It is then taken to be as fine
+    as the other cell. If that shows none either, all that is left is the last decimal that is
+    written, which depends on the unit in which the codes of a converter are written.
+
+    Args:
+        written: Forces at the motor and at the load as they are written, zeros not taken off.
+        stroke: Number of the stroke of each row.
+
+    Returns:
+        The resolutions, and True if a cell shows its step.
     """
-    values = np.unique(readings[np.isfinite(readings)])
-    largest = float(np.max(np.abs(values), initial=0.0))
+    motor, load = (_step_of(cell, stroke) for cell in written)
+    finest = min(motor, load)
+    if not math.isfinite(finest):
+        return (_last_decimal(written[0]), _last_decimal(written[1])), False
+    if not math.isfinite(motor):
+        motor = finest
+    if not math.isfinite(load):
+        load = finest
+    return (motor, load), True
+
+
+def _step_of(cell: Floats, stroke: Integers) -> float:
+    """Return the smallest step of the readings of one cell; infinite if they show none.
+
+    Ten different values show it. Fewer show it in a log, if the cell steps within most strokes:
+    between strokes another weight may be hung on. A few readings that are typed by hand do not,
+    since three that are 0.378 apart do not mean that the cell counts in steps of 0.378.
+    """
+    is_known = np.isfinite(cell)
+    readings = cell[is_known]
+    values = np.unique(readings)
+    # A logger that writes binary fractions repeats a value with a last digit more or less.
+    least = _SAME_READING * float(np.max(np.abs(values), initial=0.0))
     if len(values) >= _ENOUGH_VALUES:
-        # A logger that writes binary fractions repeats a value with a last digit more or less.
         steps = np.diff(values)
-        return float(steps[steps > 1e-9 * largest].min(initial=largest))
+        return float(steps[steps > least].min(initial=math.inf))
+    if len(cell) < LOG_ROWS:
+        return math.inf
+    strokes = stroke[is_known]
+    order = np.lexsort((readings, strokes))
+    steps = np.diff(readings[order])
+    is_step = (np.diff(strokes[order]) == 0) & (steps > least)
+    stepping = len(np.unique(strokes[order][1:][is_step]))
+    if stepping < _STEPPING * len(np.unique(strokes)):
+        return math.inf
+    return float(steps[is_step].min(initial=math.inf))
+
+
+def _last_decimal(cell: Floats) -> float:
+    """Return a unit of the last decimal that is written; 0 if there are more than nine."""
+    values = np.unique(cell[np.isfinite(cell)])
+    largest = float(np.max(np.abs(values), initial=0.0))
     for decimals in range(_FINEST_DECIMALS + 1):
         if np.all(np.abs(values - np.round(values, decimals)) <= 1e-12 * largest):
             return float(10.0**-decimals)
@@ -183,7 +236,8 @@ def noise_of(values: Floats, side: Integers | None = None) -> float:
     if not len(deviations):
         return 0.0
     noise = 1.4826 * float(np.median(deviations))
-    if noise:
+    # A steady change cancels up to the last binary digit.
+    if noise > _SAME_READING * float(np.max(np.abs(values))):
         return noise
     # Most differences of a coarse cell are zero, and a mean without the largest tenth still sees
     # its steps.
@@ -206,7 +260,7 @@ def unusable(
     """
     codes = np.where(rest, AT_REST, USED).astype(np.int8)
     usual = [_usual_force(cell) for cell in cells]
-    if len(rest) >= _LOG_ROWS:
+    if len(rest) >= LOG_ROWS:
         for cell, step in zip(cells, steps, strict=True):
             codes[_spikes(cell, step)] = SPIKE
             codes[_saturated(cell, step)] = SATURATED

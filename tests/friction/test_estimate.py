@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.stats import ttest_ind
 
+from tendon_cli.errors import InputError
 from tendon_cli.friction import fit_friction
-from tendon_cli.friction.budget import BEND, SCATTER
+from tendon_cli.friction.budget import BEND, RESOLUTION, SCATTER
 
-from .cases import fits_of, mentions, readings
+from .cases import CASES, fits_of, log_of, mentions, readings
 from .rig import Rig, simulate
 
 TABLE = Path(__file__).parents[2] / "configs" / "friction" / "table_a1.csv"
@@ -107,6 +109,135 @@ def test_repeating_a_reading_does_not_beat_the_resolution(csv_file) -> None:
         path = csv_file(header + rows * repeats)
         fit = fit_friction(path, bend_angle="144 deg", cell_uncertainty="0")
         assert fit.uncertainty.standard_error == pytest.approx(floor / 2.0 / ANGLE, rel=1e-6)
+
+
+def codes_of_a_weight(noise: float, rows: int, *, load: float = 33.25) -> np.ndarray:
+    """Return directions and codes of two coarse cells under a weight (rows, 3).
+
+    `noise` is in codes; there are 15 strokes, whose first rows stick.
+    """
+    random = np.random.default_rng(3)
+    limit = 0.0617 * math.radians(93.2)
+    place = -1.0
+    readings = []
+    for stroke in range(15):
+        way = 1 if stroke % 2 == 0 else -1
+        for _ in range(rows):
+            place = float(np.clip(place + way / 9.0, -1.0, 1.0))
+            readings.append((way, load * math.exp(limit * place), load))
+    table = np.array(readings)
+    table[:, 1:] = np.round(table[:, 1:] + noise * random.standard_normal((len(table), 2)))
+    return table
+
+
+FACTORS = ((1, 0), (0.5, 1), (2.9143, 4), (math.pi, 9), (0.0981, 4), (1e-3, 3))
+"""Newtons of a code, and decimals that are written."""
+
+
+@pytest.mark.parametrize(
+    ("noise", "load"), [(0.0, 1500.0), (0.0, 33.25), (0.07, 33.25), (0.4, 1500.0), (2.0, 33.25)]
+)
+def test_the_same_codes_in_any_unit_are_the_same_answer(csv_file, noise: float, load: float):
+    codes = codes_of_a_weight(noise, 120, load=load)
+    fits = []
+    for factor, decimals in FACTORS:
+        lines = ["time_s,direction,force_motor (N),force_load (N)"]
+        for row, (way, *cells) in enumerate(codes):
+            name = "pull" if way > 0 else "release"
+            written = ",".join(f"{cell * factor:.{decimals}f}" for cell in cells)
+            lines.append(f"{row / 50:.2f},{name},{written}")
+        zero = f"{0.0667 * factor:.9f} N"
+        path = csv_file("\n".join(lines))
+        fits.append(fit_friction(path, bend_angle="93.2 deg", cell_uncertainty=zero))
+    first = fits[0]
+    for fit in fits[1:]:
+        assert fit.friction == pytest.approx(first.friction, rel=1e-6)
+        interval = fit.uncertainty.interval_95
+        assert interval == pytest.approx(first.uncertainty.interval_95, rel=1e-6)
+        assert fit.warnings == first.warnings
+    assert holds(first, 0.0617)
+
+
+def test_a_load_cell_on_one_code_is_judged_alike_in_any_unit() -> None:
+    coarse = codes_of_a_weight(0.07, 120)
+    fine = codes_of_a_weight(4.0, 120, load=33250.0)
+    fine[:, 2] = 33250.0
+    for factor, _ in FACTORS:
+        for codes, is_dead in ((coarse, False), (fine, True)):
+            log = {"direction": codes[:, 0], "motor": codes[:, 1] * factor}
+            log["load"] = codes[:, 2] * factor
+            if is_dead:
+                with pytest.raises(InputError, match="same in every row"):
+                    fit_friction(log, bend_angle="93.2 deg")
+            else:
+                assert np.ptp(codes[:, 2]) == 0.0
+                assert holds(fit_friction(log, bend_angle="93.2 deg"), 0.0617)
+
+
+def test_cells_that_show_no_step_are_warned_of() -> None:
+    motor = np.repeat(np.tile([37.0, 30.0], 10), 20)
+    for factor in (1.0, 2.9143):
+        log = {"direction": np.sign(motor - 33.0), "motor": factor * motor}
+        log["load"] = np.full(len(motor), 33.0 * factor)
+        fit = fit_friction(log, bend_angle="93.2 deg")
+        assert mentions(fit.warnings, "do not show how finely")
+
+
+def test_nominal_weights_do_not_pass_for_a_coarse_cell() -> None:
+    parts = []
+    for weight in (20.0, 40.0):
+        rig = Rig(0.1, weights=(weight, weight), noise=0.01 * weight, gain_mismatch=0.0)
+        logs = simulate(rig, 1, first_seed=3)
+        parts.append((logs.toward, logs.motor_cell[:, 0], np.full(len(logs.toward), weight)))
+    way, motor, load = (np.concatenate(column) for column in zip(*parts, strict=True))
+    log = {"direction": way, "motor": np.round(motor, 2), "load": load}
+    fit = fit_friction(log, bend_angle="144 deg")
+    assert fit.uncertainty.contribution_of(RESOLUTION) < 0.005 * fit.friction
+    assert not mentions(fit.warnings, "resolution")
+
+
+def log_with_a_warming_cell(seed: int, drift: float) -> dict[str, np.ndarray]:
+    """Return a log under four weights while the zero of the motor's cell drifts, in N."""
+    random = np.random.default_rng(seed)
+    limit = 0.1 * math.radians(300.0)
+    place = -1.0
+    rows = []
+    for stroke in range(14):
+        way = 1 if stroke % 2 == 0 else -1
+        friction = limit * (1.0 + 0.005 * random.standard_normal())
+        load = np.linspace(18.0, 42.0, 4)[(stroke // 2) % 4]
+        for _ in range(100):
+            place = float(np.clip(place + way / 5.0, -1.0, 1.0))
+            rows.append((way, load * math.exp(friction * place), load))
+    table = np.array(rows)
+    table[:, 1:] += 0.06 * random.standard_normal((len(table), 2))
+    table[:, 1] += drift * (1.0 - np.exp(-4.0 * np.linspace(0.0, 1.0, len(table))))
+    return {
+        "direction": table[:, 0],
+        "force_motor (N)": table[:, 1],
+        "force_load (N)": table[:, 2],
+    }
+
+
+@pytest.mark.parametrize("drift", [0.75, 0.0, -0.75])
+def test_a_zero_that_drifts_is_warned_of(drift: float) -> None:
+    for seed in range(4):
+        fit = fit_friction(log_with_a_warming_cell(seed, drift), bend_angle="300 deg")
+        drifts = any(text.startswith("drift: ") for text in fit.warnings)
+        assert drifts == bool(drift)
+        assert drifts or holds(fit, 0.1)
+        check = next(check for check in fit.checks if check.name == "drift")
+        assert check.found is bool(drift)
+
+
+def test_a_delay_that_the_readings_favour_is_warned_of_though_it_is_rare() -> None:
+    words = "may be 0.016 unit of the file's time late"
+    for delay, is_late in ((1, True), (0, False)):
+        rig = replace(CASES["delay 20 ms, varying"].rig, delay=delay)
+        logs = simulate(rig, 25, first_seed=300)
+        fit = fit_friction(log_of(rig, logs, 14), rig.bend_angle)
+        assert holds(fit, 0.1) is not is_late
+        assert mentions(fit.warnings, words) is is_late
 
 
 def test_readings_of_one_stroke_count_once(csv_file) -> None:
