@@ -228,21 +228,6 @@ def split_rows(
     return SplitRows(rows, places, faults, separator, width, has_escapes=bool(unusual))
 
 
-def texts_of(
-    lines: list[str], row_lines: list[int], separator: str, source: str, width: int, needed: int
-) -> list[Any]:
-    """Return the cells of each column as Arrow arrays of text without surrounding spaces.
-
-    Arguments are those of `split_rows`.
-
-    Raises:
-        InputError: Rows have too few or too many cells.
-    """
-    split = split_rows(lines, row_lines, separator, source, width, needed)
-    raise_all(split.faults, source)
-    return split.arrays()
-
-
 def _fit_to_columns(
     cells: list[str], separator: str, place: str, width: int, needed: int
 ) -> list[str]:

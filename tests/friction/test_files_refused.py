@@ -315,3 +315,11 @@ def test_no_piece_of_a_file_is_a_traceback(csv_file) -> None:
             for text in {before + between + after, before, after}:
                 with contextlib.suppress(TendonError):
                     assert fit_friction(csv_file(text), bend_angle="144 deg").friction > 0.0
+
+
+def test_a_row_of_another_length_hides_no_bad_cell(csv_file) -> None:
+    content = "motor (N),load (N)\n1.2,1\n1.2,x\n1.2\ny,1\n"
+    with pytest.raises(InputError) as caught:
+        fit_friction(csv_file(content), bend_angle="144 deg")
+    text = str(caught.value)
+    assert all(f"line {line}" in text for line in (3, 4, 5))

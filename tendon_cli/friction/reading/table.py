@@ -22,7 +22,7 @@ from tendon_cli.cells import (
     lines_of,
     not_read,
     raise_all,
-    texts_of,
+    split_rows,
 )
 from tendon_cli.errors import InputError, TendonError, UsageError
 from tendon_cli.files import read_file
@@ -314,16 +314,20 @@ def read_columns(path: Path, find: HeaderSearch, refusal: HeaderRefusal) -> Tabl
         raise InputError(f"more than {MOST_ROWS:,} readings", where=where, hint=hint)
     is_read = [column for column in columns if column.role or column in cells]
     needed = 1 + max(column.index for column in (*cells, *is_read))
+    split = split_rows(lines, numbers, separator, source, len(columns), needed)
+    if not split.rows:
+        raise_all(split.faults, source)
     return Table(
         source=source,
         sha256=hashlib.sha256(content).hexdigest(),
         columns=columns,
         cells=cells,
-        lines=np.array(numbers, dtype=np.int64) + 1,
-        data=texts_of(lines, numbers, separator, source, len(columns), needed),
+        lines=np.array(split.places, dtype=np.int64) + 1,
+        data=split.arrays(),
         header=header + 1,
         separator=separator,
         comments=[line for line in lines[:header] if is_comment(line)],
+        faults=split.faults,
     )
 
 
