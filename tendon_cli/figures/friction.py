@@ -163,7 +163,9 @@ def _verdict(fit: Any) -> list[str]:
     sentences = [f"Warning: {text}" for text in fit.warnings]
     if not sentences:
         untested = [name for check, name in _TESTS.items() if check in _open_checks(fit)]
-        sentences.append(f"No fault found; not tested: {', '.join([*untested, _NEVER_TESTED])}.")
+        found = [_TESTS[check.name] for check in fit.checks if check.found and check.name in _TESTS]
+        start = f"Found and allowed for: {', '.join(found)}" if found else "No fault found"
+        sentences.append(f"{start}; not tested: {', '.join([*untested, _NEVER_TESTED])}.")
     sentences += [
         f"Note: {text}" for text in fit.notes if "zero error" in text or "without load" in text
     ]

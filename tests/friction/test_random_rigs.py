@@ -239,6 +239,29 @@ def test_the_figure_of_a_fit_without_a_fault_says_what_was_not_tested() -> None:
     assert "zero of the" not in fit_page(rests).says
 
 
+def test_the_figure_says_which_fault_was_found_and_allowed_for() -> None:
+    """Strokes of a load that rises and falls, and a cell that reads 2 N too much."""
+    time = np.arange(0.0, 64.0, 0.02)
+    phase = time % 8.0 / 8.0
+    is_pulling = phase < 0.5
+    load = 20.0 + 30.0 * np.where(is_pulling, phase, 1.0 - phase)
+    noise = np.random.default_rng(1).normal(scale=0.02, size=(2, len(time)))
+    log = pd.DataFrame(
+        {
+            "time (s)": time,
+            "direction": np.where(is_pulling, "pull", "release"),
+            "motor (N)": load * np.exp(np.where(is_pulling, 0.2, -0.2)) + noise[0],
+            "load (N)": load + 2.0 + noise[1],
+        }
+    )
+    fit = tendon.fit_friction(log, 2.5)
+    assert fit.friction == pytest.approx(0.08, rel=0.01)
+    assert not fit.warnings
+    says = fit_page(fit).says
+    assert "Found and allowed for: zero of the load's cell; not tested: the bend angle." in says
+    assert "No fault found" not in says
+
+
 def test_rows_without_load_do_not_widen_the_axis_of_the_figure() -> None:
     log = rested(1, ends=(0.5, 1.4))
     log.loc[log["direction"] == "rest", "load (N)"] = 0.01
