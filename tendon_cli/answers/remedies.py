@@ -33,7 +33,7 @@ from tendon_cli.space.space import ANCHORS
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows.order import Order, last_stage
 from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import Question
+from tendon_cli.windows.question import Question, cost_per_design, is_sought
 from tendon_cli.windows.solutions import Solutions
 from tendon_cli.windows.solver import Solver
 
@@ -117,7 +117,7 @@ def sampled(question: Question, choice: Solutions) -> Question:
 
 def _groups_to_try(question: Question) -> int:
     """Return the number of groups for which changes are tried, at most."""
-    cost = len(question.conditions) * question.cost_per_design
+    cost = len(question.conditions) * cost_per_design(question)
     return max(_FEW, len(question.groups) * _MOST_OF_ONE // cost)
 
 
@@ -145,7 +145,7 @@ def _fix(
         ends.append(low)
     if is_used and before < high:
         ends.append(high)
-    effort = SPARING_SCAN if solver.question.is_sought else SCAN
+    effort = SPARING_SCAN if is_sought(solver.question) else SCAN
     found: list[tuple[Change, PrintedChange]] = []
     for end in ends:
         change = Change(key, before, end, points, effort, is_geometric=True)
@@ -274,7 +274,7 @@ def _least_of_any(
 
 def choices_to_relax_for(question: Question) -> Points:
     """Return all choices of the grid, or evenly spaced ones if they are too many to try."""
-    cost = len(question.conditions) * question.cost_per_design
+    cost = len(question.conditions) * cost_per_design(question)
     return question.points(evenly_spaced(len(question.choices), max(1, _MOST_OF_ALL // cost)))
 
 
@@ -300,7 +300,7 @@ def relaxations(
 
 def _demands(question: Question, limits: set[str], points: Points) -> Iterator[Change]:
     """Yield the changes of the demands of a study that could be relaxed."""
-    effort = SPARING_BISECTION if question.is_sought else BISECTION
+    effort = SPARING_BISECTION if is_sought(question) else BISECTION
     for name in sorted(limits & set(question.bounds)):
         value = _loosest(question, name, points)
         is_stiffness = name == "min_elbow_stiffness"

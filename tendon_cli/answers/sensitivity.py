@@ -41,7 +41,7 @@ from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import quantile
 from tendon_cli.windows.coverage import normalise
 from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import Question
+from tendon_cli.windows.question import Question, cost_per_design
 from tendon_cli.windows.solutions import ENDS, Binding, End, Solutions, solve_windows
 from tendon_cli.windows.solver import Solver
 
@@ -478,7 +478,7 @@ def indices(solver: Solver, points: Points) -> list[SobolRecord]:
         inputs = (*inputs, BODY)
     others = [axis for axis in question.conditions.axes if axis.role != "draw"]
     conditions = int(np.prod([len(axis) for axis in others]))
-    cost = question.cost_per_design * max(1, conditions)
+    cost = cost_per_design(question) * max(1, conditions)
     most = max(_STATES / (cost * (len(inputs) + 2)), 1.0)
     exponent = np.clip(np.floor(np.log2(most)), np.log2(_FEWEST_POINTS), np.log2(_MOST_POINTS))
 

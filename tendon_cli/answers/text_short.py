@@ -138,7 +138,7 @@ def _rests_on(record: AnswerResults, best: ChoiceRecord) -> Iterator[Clause]:
         of_sample = f" of {phrases.own_sample(question)}" if is_judged_anew else ""
         yield Clause(f"the window{of_sample} is {proof[0].lower()}{proof[1:]}")
     if whom and not is_judged_anew:
-        yield Clause(f"the choice is made and judged by the same {whom}", 2)
+        yield Clause(f"the choice is made and judged by the same {whom.removeprefix('this ')}", 2)
     numbers = record["taken_as_exact"]
     exact = exact_short(question, numbers, best)
     if exact:

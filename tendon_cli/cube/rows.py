@@ -356,7 +356,8 @@ def export(
         overwrite: True to replace a file that tendon did not write, or that the study reads.
 
     Raises:
-        UsageError: The name does not end with .csv, or tendon did not write the file.
+        UsageError: The name does not end with .csv, tendon did not write the file, or the study
+            reads it.
         OutputError: The file could not be written.
     """
     if path.suffix.lower() != ".csv":
@@ -371,7 +372,13 @@ def export(
         if not _is_export(file.readline(_LONGEST_LINE), first_line):
             return False
         file.seek(0)
-        return not sums or _checksum(file) not in sums
+        if sums and _checksum(file) in sums:
+            raise UsageError(
+                "exists already, and the study reads it",
+                where=shorten(str(path), 1000),
+                hint="choose another name; --overwrite (in Python overwrite=True) replaces it",
+            )
+        return True
 
     with (
         output_file(path, is_ours, overwrite=overwrite) as temporary,

@@ -54,6 +54,7 @@ LEAN = "arm.upper_arm_angle"
 CONTACT_FROM = "arm.contact_from"
 """The strap presses at every angle of the smallest value: that suffices for all."""
 _ENDS_SUFFICE = (*LINEAR, LEAN, PRETENSION, CONTACT_FROM)
+
 _OF_SEARCH = 50
 """Factor on the time of a state whose window is sought pretension by pretension."""
 
@@ -168,19 +169,6 @@ class Question:
     def states_per_design(self) -> int:
         """Number of directions times number of elbow angles."""
         return self.angles.size * len(self.flexion)
-
-    @property
-    def is_sought(self) -> bool:
-        """True if windows are sought pretension by pretension, which takes far longer.
-
-        So it is with limits on the whole motion, and along a motion in time.
-        """
-        return bool(self.bounds.of_motion) or self.study.trajectory is not None
-
-    @property
-    def cost_per_design(self) -> int:
-        """Number of states whose windows take as long as that of one design."""
-        return self.states_per_design * _OF_SEARCH if self.is_sought else self.states_per_design
 
     @property
     def states(self) -> int:
@@ -432,3 +420,17 @@ def rows_to_prove(question: Question) -> Rows:
                 hint=f"0 to {count - 1}",
             )
     return np.unique(np.array([int(text) for text in texts], dtype=np.int64))
+
+
+def is_sought(question: Question) -> bool:
+    """Return True if windows are sought pretension by pretension, which takes far longer.
+
+    So it is with limits on the whole motion, and along a motion in time.
+    """
+    return bool(question.bounds.of_motion) or question.study.trajectory is not None
+
+
+def cost_per_design(question: Question) -> int:
+    """Return the number of states whose windows take as long as the window of one design."""
+    factor = _OF_SEARCH if is_sought(question) else 1
+    return question.states_per_design * factor

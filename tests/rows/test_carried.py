@@ -139,8 +139,10 @@ def test_a_carried_number_is_named_unless_its_unit_is_a_price():
 
 
 def test_a_budget_among_the_limits_is_refused_with_the_filter_that_works():
+    rows = {"name": ["soft", "firm"], "spring.stiffness": [3e3, 5e3], "price": ["90 EUR", "95 EUR"]}
+    springs = {"name": "spring", "rows": rows}
     with pytest.raises(StudyError) as refusal:
-        tendon.study({"limits": {"price": "150 EUR"}})
+        tendon.study({"table": [springs], "limits": {"price": "150 EUR"}})
     name, value = re.search(r'--where "(\w+) < ([^"]+)"', str(refusal.value)).groups()
     assert (name, value) == ("price", "150 EUR")
 

@@ -123,7 +123,7 @@ def test_the_command_writes_and_design_reads(tendon, logs, workplace):
 def test_anchors_fitted_beside_a_file_of_persons_need_a_word_that_says_whose_they_are(
     fit, tmp_path
 ):
-    """Those that were fitted on the wearer hold for her as they are."""
+    """Anchors that were fitted on the wearer hold for her as they are."""
     fragment = tmp_path / "fit.toml"
     fragment.write_text(suit_fragment(fit))
     (tmp_path / "me.csv").write_text("name,sex,stature (cm)\nEve,female,152\n")

@@ -118,7 +118,7 @@ def test_feasible_designs_keep_every_limit_of_the_motor(run, limit, column):
 
 
 def test_a_motor_that_does_no_work_keeps_no_limit_on_its_efficiency(tmp_path):
-    """As its work goes to zero beside the same loss, its efficiency falls without end."""
+    """Its efficiency falls without end as its work goes to zero beside the same loss."""
     study = {
         "motion": {**STUDY["motion"], "direction": "extension"},
         "spring": {"stiffness": "8 kN/m"},
