@@ -404,8 +404,8 @@ def sobol(
 ) -> Iterator[SobolRecord]:
     """Yield first-order and total indices of results, by Saltelli's design of Sobol points.
 
-    Standard errors are bootstrapped. A result that is not finite everywhere, or never changes, has
-    no indices.
+    Standard errors are bootstrapped, from the samples in which a result varies. A result that is
+    not finite everywhere, or never varies, has no indices.
 
     Args:
         results_at: Function from points to results.
@@ -426,10 +426,11 @@ def sobol(
     draws = random.integers(count, size=(_RESAMPLES, count))
 
     for name, values in zip(names, results, strict=True):
-        if not np.isfinite(values).all() or np.ptp(values) == 0.0:
+        if not np.isfinite(values).all() or np.ptp(values[:2]) == 0.0:
             continue
         centred = values - values[:2].mean()
-        resampled = [_saltelli(centred[:, draw]) for draw in draws]
+        varied = [draw for draw in draws if np.ptp(values[:2, draw]) > 0.0]
+        resampled = [_saltelli(centred[:, draw]) for draw in varied]
         first_error, total_error = np.std(resampled, axis=0, ddof=1)
         first, total = _saltelli(centred)
         of_inputs: dict[str, IndexRecord] = {}

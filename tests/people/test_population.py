@@ -188,3 +188,27 @@ def test_the_pretension_that_would_serve_more_serves_as_many_in_a_sweep():
     served = run.designs.groupby("person", observed=True)["feasible"].all().mean()
     assert say.percent(served) == f"{percent} %"
     assert served > answer.record["population"]["served"]
+
+
+def test_indices_leave_out_samples_in_which_the_end_does_not_vary():
+    """Few points of an end that hardly ever moves give resamples in which it is the same."""
+
+    def rarely_moved(points):
+        return np.where(points[:, 0] > 0.99, 1.0, 0.0)[np.newaxis]
+
+    def never_moved_alone(points):
+        at_a_and_b = np.arange(len(points)) < 32
+        return np.where(at_a_and_b, 0.0, points[:, 0])[np.newaxis]
+
+    seeds = range(40)
+    records = [
+        record
+        for seed in seeds
+        for record in sensitivity.sobol(rarely_moved, ("x", "y"), ("pretension_from",), 16, seed)
+    ]
+    assert 0 < len(records) < len(seeds)
+    for record in records:
+        for index in record["inputs"].values():
+            assert np.isfinite([index["first_standard_error"], index["total_standard_error"]]).all()
+    still = sensitivity.sobol(never_moved_alone, ("x", "y"), ("pretension_from",), 16, 1)
+    assert list(still) == []
