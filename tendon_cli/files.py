@@ -217,11 +217,16 @@ def check_output(path: Path, is_ours: Recogniser, *, overwrite: bool = False) ->
             _check_regular(path.stat(), path)
         may_replace = overwrite or (not leads_nowhere and _is_recognised(path, is_ours))
     if not may_replace:
-        raise UsageError(
-            "exists already, and tendon did not write it",
-            where=shorten(str(path), 1000),
-            hint="choose another name; --overwrite (in Python overwrite=True) replaces it",
-        )
+        raise not_replaced(path, "tendon did not write it")
+
+
+def not_replaced(path: Path, reason: str) -> UsageError:
+    """Return the error for a file of the user that is replaced only if the user insists."""
+    return UsageError(
+        f"exists already, and {reason}",
+        where=shorten(str(path), 1000),
+        hint="choose another name; --overwrite (in Python overwrite=True) replaces it",
+    )
 
 
 def _is_recognised(path: Path, is_ours: Recogniser) -> bool:

@@ -21,7 +21,7 @@ from tendon_cli.cube.cube import axis_values_of
 from tendon_cli.cube.source import table_in
 from tendon_cli.engine.states import WorkedOut
 from tendon_cli.errors import UsageError
-from tendon_cli.files import output_errors, output_file
+from tendon_cli.files import not_replaced, output_errors, output_file
 from tendon_cli.quantities import (
     OF_CYCLES,
     OF_DESIGNS,
@@ -373,11 +373,7 @@ def export(
             return False
         file.seek(0)
         if sums and _checksum(file) in sums:
-            raise UsageError(
-                "exists already, and the study reads it",
-                where=shorten(str(path), 1000),
-                hint="choose another name; --overwrite (in Python overwrite=True) replaces it",
-            )
+            raise not_replaced(path, "the study reads it")
         return True
 
     with (
