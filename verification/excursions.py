@@ -40,7 +40,12 @@ def from_opensim(text: str, angle: str, flexor: str, extensor: str) -> str:
         ValueError: A column is missing, or does not hold the moment arms of its muscle.
     """
     head, _, table = text.partition("endheader")
-    names, *rows = [line.split() for line in table.splitlines() if line.strip()]
+    lines = [line.split() for line in table.splitlines() if line.strip()]
+    if len(lines) < 3:
+        raise ValueError("no table of two rows or more after a line `endheader`")
+    names, *rows = lines
+    if any(len(row) != len(names) for row in rows):
+        raise ValueError(f"a row has not one number for each of {len(names)} columns")
     columns = dict(zip(names, np.array(rows, dtype=np.float64).T, strict=True))
     missing = [name for name in (angle, flexor, extensor) if name not in columns]
     if missing:
@@ -226,9 +231,26 @@ def _compare() -> int:
     return 0 if holds else 1
 
 
+def main(words: list[str]) -> int:
+    """Write a file of excursions, or compare with MuJoCo; return the exit code."""
+    if not words:
+        return _compare()
+    if len(words) != 5:
+        return _refused("give FILE.sto, columns ANGLE FLEXOR EXTENSOR, and a file to write")
+    source, *columns, target = words
+    try:
+        content = from_opensim(Path(source).read_text(encoding="utf-8"), *columns)
+        Path(target).write_text(content, encoding="utf-8")
+    except (OSError, ValueError) as error:
+        return _refused(str(error))
+    return 0
+
+
+def _refused(problem: str) -> int:
+    """Say what is wrong with the arguments or the file; return the exit code."""
+    sys.stderr.write(f"error: {problem}\n")
+    return 2
+
+
 if __name__ == "__main__":
-    if len(sys.argv) == 1:
-        sys.exit(_compare())
-    source, *columns, target = sys.argv[1:]
-    content = from_opensim(Path(source).read_text(encoding="utf-8"), *columns)
-    Path(target).write_text(content, encoding="utf-8")
+    sys.exit(main(sys.argv[1:]))

@@ -20,6 +20,7 @@ from tendon_cli.cube.room import (
     bound_of,
     bounded_column,
     bounded_values,
+    columns_without_which_null,
     has_bounded_column,
     room_to,
 )
@@ -253,16 +254,19 @@ class Cube:
         """Return the room that a limit of the study leaves at some rows.
 
         It is positive where the limit is kept, negative where it is broken, and NaN where there is
-        nothing to compare; SI, in the shape of `rows`.
+        nothing to compare; SI, in the shape of `rows`. Where a design has nothing to bound and so
+        breaks the limit, it is -infinite.
         """
         column = bounded_column(limit)
+        own = self.columns_of_bound(limit)
         is_column = column in self.columns and self.with_sides(column) == [column]
         if is_column and has_bounded_column(limit, self.kind):
-            values = self.gather(rows, [column])[column]
+            needed = [column, *own, *columns_without_which_null(limit)]
+            columns = self.gather(rows, [name for name in needed if name in self.columns])
         else:
             values = bounded_values(self.study, self.kind, limit, rows)
-        own = self.gather(rows, self.columns_of_bound(limit))
-        return room_to(limit, values, self.bound(limit, own))
+            columns = {**self.gather(rows, own), column: values}
+        return room_to(limit, columns, self.bound(limit, columns))
 
     def columns_of_bound(self, limit: str) -> list[str]:
         """Return the column that has the limit of each row; none if all rows share it."""

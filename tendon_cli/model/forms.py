@@ -154,13 +154,19 @@ class DesignLimit:
         has_nothing = np.isnan(columns[name]) & (columns[self.null_without] == 0.0)
         return np.where(has_nothing & np.isfinite(bound), np.inf, excess)
 
-    def room(self, values: Array, bound: Real) -> Array:
-        """Return the room that values leave to a bound, negative where they break it.
+    def room_in(self, columns: Mapping[str, Array], name: str, bound: Real) -> Array:
+        """Return the room that designs leave to a bound, negative where they break it.
 
         It is in the unit of the bound, and 0 within rounding of it. NaN, where there is nothing to
-        compare, stays NaN. It is infinite without a bound.
+        compare, stays NaN. It is infinite without a bound, and -infinite where a design has
+        nothing to bound and so breaks the limit.
+
+        Args:
+            columns: Columns of the designs, SI.
+            name: Name of the column that the bound is on.
+            bound: Bound, SI.
         """
-        room = -self.beyond(values, bound)
+        room = -self.beyond_in(columns, name, bound)
         is_rounding = np.abs(room) <= SLACK_TOLERANCE * np.abs(bound)
         return np.where(is_rounding & np.isfinite(room), 0.0, room)
 

@@ -273,8 +273,11 @@ def _anchor_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
     elif is_measured:
         for place, path in of_rows:
             if path not in stated:
-                problem = "is measured in this case, and scaled from the mean man's in the others"
-                yield Fault(place, problem, f"give {path} in the study, too")
+                problem = "is measured in this case, and scaled from the mean man elsewhere"
+                if any(_say_in_all_rows(table, {path}) for table in study.row_tables):
+                    problem = '"measured" is about anchors of [arm], which does not state this one'
+                hint = f"give {path} in the study, too: each value here replaces it"
+                yield Fault(place, problem, hint)
 
 
 def nothing_measured() -> Fault:

@@ -73,9 +73,13 @@ def test_rows_may_be_in_any_order_and_shape(cubes: tuple[Cube, Cube]) -> None:
 def test_room_is_zero_within_rounding_of_the_bound() -> None:
     bound = 0.3
     values = np.array([bound * (1.0 + 1e-12), bound * (1.0 - 1e-12), 0.4, np.nan])
-    np.testing.assert_allclose(LIMITS["max_tension"].room(values, bound), [0, 0, -0.1, np.nan])
-    np.testing.assert_allclose(LIMITS["min_flexor_tension"].room(values, bound)[2], 0.1)
-    np.testing.assert_allclose(LIMITS["peak_motor_torque"].room(-values, bound)[2], -0.1)
+
+    def room(name: str, values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+        return LIMITS[name].room_in({name: values}, name, bound)
+
+    np.testing.assert_allclose(room("max_tension", values), [0, 0, -0.1, np.nan])
+    np.testing.assert_allclose(room("min_flexor_tension", values)[2], 0.1)
+    np.testing.assert_allclose(room("peak_motor_torque", -values)[2], -0.1)
 
 
 def test_a_single_state_does_not_say_what_the_whole_motion_leaves(

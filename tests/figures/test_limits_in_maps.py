@@ -158,6 +158,54 @@ def test_what_leaves_nothing_at_one_load_or_in_one_case_is_named(tmp_path: Path)
     assert "At thick, no design keeps min spool to tendon ≥ 50; every other" in said(figure)
 
 
+EXTENSION: dict[str, Any] = {
+    "motion": {
+        "elbow_angle": grid("0 deg", "90 deg", 7),
+        "speed": "60 deg/s",
+        "direction": "extension",
+    },
+    "tendon": {"pretension": grid("150 N", "400 N", 6)},
+    "spool": {"ratio": [0.5, 0.6, 0.7]},
+    "spring": {"stiffness": "8 kN/m"},
+}
+"""A motor that only lowers the forearm; at a low pretension a weight does it without work."""
+
+
+def test_designs_without_an_efficiency_have_less_than_no_room(tmp_path: Path) -> None:
+    content = {**EXTENSION, "load": {"mass": "5 kg"}, "limits": {"min_efficiency": -100.0}}
+    run = designs(tmp_path / "run", content)
+    cube = cube_of(run)
+    rows = np.arange(run.rows)
+    read = cube.gather(rows, ["motor_work_in", "feasible", "taut", "stable"])
+    has_none = read["motor_work_in"] == 0.0
+    assert 0 < has_none.sum() < run.rows
+    room = cube.room("min_efficiency", rows)
+    np.testing.assert_array_equal(room[has_none], -np.inf)
+    assert np.isfinite(room[~has_none]).all()
+    is_feasible = (read["taut"] == 1.0) & (read["stable"] == 1.0) & (room >= 0.0)
+    np.testing.assert_array_equal(read["feasible"] == 1.0, is_feasible)
+
+
+def test_a_line_parts_designs_without_an_efficiency_from_those_that_have_enough(
+    tmp_path: Path,
+) -> None:
+    content = {**EXTENSION, "load": {"mass": "5 kg"}, "limits": {"min_efficiency": -100.0}}
+    figure = figure_of(designs(tmp_path / "run", content))
+    (axes,) = panels(figure)
+    assert by_gid(axes, "min_efficiency")
+    assert any("efficiency ≥ −100" in text for text in keys(figure))
+
+
+def test_where_no_design_has_an_efficiency_no_design_keeps_its_limit(tmp_path: Path) -> None:
+    loads = {"mass": ["0 kg", "20 kg"]}
+    content = {**EXTENSION, "load": loads, "limits": {"min_efficiency": -100.0}}
+    figure = figure_of(designs(tmp_path / "map", content))
+    assert "At 20 kg load, no design keeps efficiency ≥ −100" in said(figure)
+    content["spool"] = {"ratio": 0.6}
+    figure = figure_of(designs(tmp_path / "lines", content))
+    assert "breaks efficiency ≥ −100" in keys(figure)
+
+
 def test_a_limit_on_pretension_holds_for_the_larger_of_two(tmp_path: Path) -> None:
     tendon = {
         "flexor": {"pretension": grid("100 N", "200 N", 5)},

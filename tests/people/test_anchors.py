@@ -58,6 +58,15 @@ def test_an_anchor_of_a_case_needs_the_word_too(tmp_path):
     assert arms_in(measured)["b1"].tolist() == [0.1, 0.12]
 
 
+def test_no_other_case_is_named_where_each_states_the_anchor(tmp_path):
+    cases = [{"name": "short", "arm": {"b1": 0.1}}, {"name": "long", "arm": {"b1": 0.13}}]
+    with pytest.raises(StudyError, match=r"anchors of \[arm\], which does not state") as error:
+        of_file(tmp_path, {"anchors": "measured"}, cases=cases)
+    assert "elsewhere" not in error.value.message
+    measured = of_file(tmp_path, {"anchors": "measured", "b1": 0.12}, cases=cases)
+    assert arms_in(measured)["b1"].tolist() == [0.1, 0.13]
+
+
 @pytest.mark.parametrize("people", [{}, {"completions": 5}])
 def test_measured_anchors_are_those_stated_to_the_bit_and_the_rest_scales(tmp_path, people):
     for stated in (STATED, {"b1": 0.11}, {"elbow_radius": 0.041}):

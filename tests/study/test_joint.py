@@ -274,6 +274,28 @@ def test_lengths_of_muscles_are_not_taken_for_their_moment_arms(length):
         from_opensim("\n".join(lines), "ankle", "soleus", "tibialis")
 
 
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("angle,flexor\n0,1\n", "no table of two rows or more"),
+        ("endheader\nknee flex ext\n0 0.03 -0.03\n1 0.03\n", "one number for each of 3 columns"),
+        ("endheader\nknee flex ext\n0 0.03 -0.03\n1 0.03 short\n", "short"),
+    ],
+)
+def test_a_file_that_opensim_does_not_write_is_refused_in_one_line(tmp_path, capsys, text, problem):
+    from verification.excursions import main
+
+    source = tmp_path / "arm.sto"
+    source.write_text(text)
+    assert main([str(source), "knee", "flex", "ext", str(tmp_path / "excursion.csv")]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("error: ")
+    assert problem in said
+    assert said.count("\n") == 1
+    assert not (tmp_path / "excursion.csv").exists()
+    assert main(["arm.sto"]) == 2
+
+
 def test_a_page_is_written_of_a_joint_without_anchors_and_its_travels_are_drawn(write, tmp_path):
     study = load_study(write())
     run = tendon.sweep(study, tmp_path / "run")
