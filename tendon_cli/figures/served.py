@@ -50,6 +50,12 @@ _FEWEST_BODIES = 3
 """Fewest persons whose bodies are drawn."""
 _ROOM = 1.6
 """Height of the figure over the highest lower end if windows have no upper end, as a factor."""
+_PLACES_OF_WORDS = (0.5, 0.18, 0.82)
+"""Places along the axis, from 0 to 1, at which words on the share that is enough may stand."""
+_HALF_WIDTH_OF_WORDS = 0.17
+"""Half their width, as a share of the axis."""
+_DEPTH_OF_WORDS = 4.0
+"""Distance of their middle below the line of this share, %."""
 _USUAL = ("weight", "forearm_circumference")
 """Dimensions of the body that are drawn if those not served differ in none."""
 
@@ -333,7 +339,7 @@ def _draw_probability(axes: Axes, record: AnswerRecord) -> None:
     beside: dict[str, Any] = {"textcoords": "offset points"}
     axes.annotate(
         f"enough: {enough:g} %",
-        (0.5, enough),
+        (_clear_place(pretension, share, enough), enough),
         xycoords=("axes fraction", "data"),
         xytext=(0, -3),
         color=FAINT,
@@ -356,3 +362,16 @@ def _draw_probability(axes: Axes, record: AnswerRecord) -> None:
     axes.set_ylim(0.0, 104.0)
     axes.set_ylabel("share in the window (%), 95 % band")
     axes.set_xlabel(f"{pretension_name(record['study'])} ({record['question']['unit']})")
+
+
+def _clear_place(pretension: Values, share: Values, enough: float) -> float:
+    """Return where along the axis, from 0 to 1, words below a level are clearest of the curve."""
+    along = np.linspace(0.0, 1.0, len(pretension))
+    if len(pretension) and pretension[0] < pretension[-1]:
+        along = (pretension - pretension[0]) / (pretension[-1] - pretension[0])
+
+    def distance(place: float) -> float:
+        is_near = np.abs(along - place) < _HALF_WIDTH_OF_WORDS
+        return float(np.abs(share[is_near] - (enough - _DEPTH_OF_WORDS)).min(initial=np.inf))
+
+    return max(_PLACES_OF_WORDS, key=distance)
