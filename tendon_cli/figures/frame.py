@@ -57,6 +57,8 @@ _KEY_HANDLE = 11.0
 """Width of the sample in the key, with the space around it, mm."""
 _LOWEST_PANELS = 30.0
 """Least height of all panels if the page has a given height, mm."""
+_FEWEST_DECADES = 3
+"""Fewest powers of ten that are enough as the only ticks of a logarithmic axis."""
 _NO_BREAK = "\u00a0"
 _IN_EQUATION = re.compile(r" (?=[=±≤≥])|(?<=[=±≤≥]) |(?<=\d) (?=[A-Za-z%°])|(?<=\d N) (?=m\b)")
 """Spaces in an equation and before a unit, at which no line is broken."""
@@ -458,8 +460,9 @@ def _is_turned(axis: Any) -> bool:
 def separate_ticks(axis: Any, length: float) -> None:
     """Take ticks of an axis away until no label touches the next.
 
-    Ticks at round numbers get fewer. Of those at given values only the ones that touch a neighbour
-    go; both ends stay if they have room.
+    Ticks at round numbers get fewer, on a logarithmic axis those at powers of ten remain if there
+    are some. Of those at given values only the ones that touch a neighbour go; both ends stay if
+    they have room.
 
     Args:
         axis: Axis of a panel.
@@ -475,7 +478,16 @@ def separate_ticks(axis: Any, length: float) -> None:
             locator.set_params(nbins=bins)
             if not _labels_touch(axis, _ticks_in_view(axis), _tick_texts(axis), length):
                 return
-    if isinstance(locator, ticker.FixedLocator):
+    if isinstance(locator, ticker.LogLocator):
+        powers = np.log10(places)
+        is_decade = np.isclose(powers, np.round(powers))
+        decades = places[is_decade]
+        of_decades = [text for text, is_kept in zip(texts, is_decade, strict=True) if is_kept]
+        are_some = len(decades) >= _FEWEST_DECADES
+        if are_some and not _labels_touch(axis, decades, of_decades, length):
+            axis.set_major_locator(ticker.FixedLocator(decades))
+            return
+    if isinstance(locator, ticker.FixedLocator | ticker.LogLocator):
         kept = _labels_apart(*_label_extents(axis, places, texts, length))
         axis.set_major_locator(ticker.FixedLocator(places[kept]))
         if isinstance(axis.get_major_formatter(), ticker.FixedFormatter):

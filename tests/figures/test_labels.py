@@ -15,6 +15,7 @@ from tendon_cli.cube.cube import choices_of
 from tendon_cli.figures.answer_figures import answer_figure
 from tendon_cli.figures.backend import FigureCanvasAgg
 from tendon_cli.figures.frame import framed, separate_ticks
+from tendon_cli.figures.scales import Scale
 from tendon_cli.figures.style import broken, house_style
 from tendon_cli.tables.read import TableFiles, open_table
 from tests.figures.runs import (
@@ -129,6 +130,27 @@ def test_only_ticks_that_touch_a_neighbour_are_left_out(seed: int) -> None:
     for place in set(places) - set(kept):
         assert np.abs(kept - place).min() < 1.5 * height
     assert len(kept) < len(places)
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.13, 250.0), (1.0, 1e3), (4.0, 90.0)])
+def test_ticks_of_a_logarithmic_axis_are_apart(low: float, high: float) -> None:
+    """Labels at 1, 2, 5, 10, ... ran into each other in a narrow figure."""
+    scale = Scale("K (kN/m)", np.geomspace(low, high, 30), np.arange(30), is_log=True)
+    with house_style():
+        figure = framed("", 40.0).figure
+        figure.set_layout_engine("none")
+        axes = figure.add_axes((0.2, 0.3, 0.25, 0.3))
+        scale.apply(axes, "x")
+        scale.apply(axes, "y")
+        millimetres = figure.get_size_inches() * 25.4 * (0.25, 0.3)
+        drawn(figure)
+        for axis, length in zip((axes.xaxis, axes.yaxis), millimetres, strict=True):
+            separate_ticks(axis, float(length))
+    assert_ticks_apart(figure)
+    shown = [at for at in axes.get_xticks() if low <= at <= high]
+    assert len(shown) >= 2
+    if high / low >= 1e3:
+        np.testing.assert_allclose(np.log10(shown) % 1.0, 0.0)
 
 
 @pytest.mark.parametrize("size", ["column", "60 mm"])
