@@ -430,7 +430,8 @@ class SensitivityRecord(TypedDict):
     slope: float
     """Derivative of the end by the number, N per SI unit."""
     steady: bool
-    """True if the same limit binds in the same state when the number is 1 % off."""
+    """True if the same limit binds in the same state when the number is 1 % off; with people or
+    draws, for the one that sets the end."""
     per_percent: float
     """Motion of the end when the number grows by 1 %, N."""
 

@@ -75,23 +75,42 @@ def sensitivities(solver: Solver, choice: Solutions) -> list[SensitivityRecord]:
 
     `key` is the dotted key of a number, or `limits.` and the name of a limit, and `slope` is N per
     its SI unit; `steady` is true if the same limit binds in the same state when the number is 1 %
-    larger or smaller. An end has no records if the limit that sets it is one on neither states nor
-    the motion, if it has no slope, or if it is infinite.
+    larger or smaller, for the person or draw that sets the end if there are some. An end has no
+    records if the limit that sets it is one on neither states nor the motion, if it has no slope,
+    or if it is infinite.
     """
     numbers = {end: _numbers_at(solver.question, choice, end) for end in ENDS}
-    changes = [
-        ChangedNumber(key, value) for of_end in numbers.values() for key, value in of_end.items()
-    ]
-    changed = _changed_bindings(solver, choice.points, changes)
+    changes = {
+        end: [ChangedNumber(key, value) for key, value in of_end.items()]
+        for end, of_end in numbers.items()
+    }
+    if solver.question.conditions.groups is None:
+        every = [change for of_end in changes.values() for change in of_end]
+        changed = dict.fromkeys(ENDS, _changed_bindings(solver, choice.points, every))
+    else:
+        changed = {
+            end: _changed_bindings(_solver_of_group(solver, choice, end), choice.points, of_end)
+            for end, of_end in changes.items()
+            if of_end
+        }
     records = [
         record
         for end in ENDS
         if _has_slopes(choice, end)
-        for record in _of_end(solver.question, choice, end, numbers[end], changed)
+        for record in _of_end(solver.question, choice, end, numbers[end], changed.get(end, {}))
     ]
     known = [record for record in records if np.isfinite(record["slope"])]
     # Numbers that act alike, such as the length of a tendon and its modulus, keep their order.
     return sorted(known, key=lambda record: -float(f"{abs(record['per_percent']):.9g}"))
+
+
+def _solver_of_group(solver: Solver, choice: Solutions, end: End) -> Solver:
+    """Return the solver for the person or draw that sets an end, under all its conditions."""
+    question = solver.question
+    groups = question.groups.of
+    condition = int(choice.binding(end).condition[0])
+    own = question.for_conditions(np.flatnonzero(groups == groups[condition]))
+    return solver.for_question(replace(own, serve=1.0))
 
 
 def _has_slopes(choice: Solutions, end: End) -> bool:

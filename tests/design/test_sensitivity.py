@@ -1,6 +1,7 @@
 """Sensitivities of a window: what is solved for both ends at once is what each end has alone."""
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -97,11 +98,18 @@ def test_the_order_of_the_conditions_does_not_matter(study):
 
 @STUDIES
 def test_a_number_is_steady_if_the_same_limit_binds_once_it_is_changed(study):
-    """Change each number in a study of its own, and solve that."""
+    """Change each number in a study of its own, and solve that.
+
+    With draws it is a study of the draw that sets the end.
+    """
     solver, choice = solved(study)
-    question = solver.question
     seen = Counter()
     for record in sensitivities(solver, choice):
+        question = solver.question
+        if question.conditions.groups is not None:
+            group = question.conditions.groups[choice.binding(record["end"]).condition]
+            of_group = np.flatnonzero(question.conditions.groups == group)
+            question = replace(question.for_conditions(of_group), serve=1.0)
         key = record["key"]
         if key == "motion.speed" or key.startswith("limits."):
             continue
@@ -119,19 +127,37 @@ def test_a_number_is_steady_if_the_same_limit_binds_once_it_is_changed(study):
     assert seen[True]
 
 
-def test_a_change_is_solved_once_for_both_ends(monkeypatch):
-    solver, choice = solved(DRAWN)
+def solved_again(solver, choice, monkeypatch):
+    """Return the sensitivities of a choice, and how many windows are solved for them."""
     counts = Counter()
     solve_changes = sensitivity.solve_windows
 
     def counted(solver, points, ends):
         counts["changes"] += len(points)
+        counts["windows"] += len(points) * len(solver.question.conditions)
         return solve_changes(solver, points, ends)
 
-    monkeypatch.setattr(sensitivity, "solve_windows", counted)
-    records = sensitivities(solver, choice)
+    with monkeypatch.context() as patch:
+        patch.setattr(sensitivity, "solve_windows", counted)
+        records = sensitivities(solver, choice)
+    return records, counts
+
+
+def test_a_change_is_solved_once_for_both_ends(monkeypatch):
+    solver, choice = solved(LOADED)
+    records, counts = solved_again(solver, choice, monkeypatch)
     keys = {record["key"] for record in records}
     changed = [key for key in keys if key != "motion.speed" and not key.startswith("limits.")]
     ends_of = Counter(record["key"] for record in records)
     assert max(ends_of.values()) == 2
     assert counts["changes"] <= 2 * len(changed) + 2
+
+
+def test_no_more_windows_are_solved_for_more_draws(monkeypatch):
+    """Along a motion in time they took most of the time of an answer with many draws."""
+    windows = set()
+    for draws in (4, 64):
+        solver, choice = solved({**DRAWN, "uncertainty": {"draws": draws}})
+        _, counts = solved_again(solver, choice, monkeypatch)
+        windows.add(counts["windows"])
+    assert len(windows) == 1
