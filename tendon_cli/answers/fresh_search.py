@@ -26,7 +26,7 @@ from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.window import Ends
 from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.windows.coverage import effective_count, normalise, serves, share_served
-from tendon_cli.windows.question import Question
+from tendon_cli.windows.question import Question, is_sought
 from tendon_cli.windows.solutions import Solutions, solve_windows
 from tendon_cli.windows.solver import NEAR, Solver
 from tendon_cli.windows.verification import Verified, Verifier, binding_conditions
@@ -35,6 +35,10 @@ _SCAN = Effort(values=18, zooms=2, sections=6, rounds=6, first=1e-3, tolerance=2
 """Effort for a change that may open a window and then close it again."""
 _BISECTION = Effort(values=8, zooms=0, sections=3, rounds=14, first=1e-3, tolerance=2e-4)
 """Effort for a change that opens the more windows, the larger it is."""
+_SPARING_SCAN = Effort(values=10, zooms=1, sections=5, rounds=4, first=1e-3, tolerance=1e-3)
+"""Effort for the first kind where each window is sought pretension by pretension."""
+_SPARING_BISECTION = Effort(values=5, zooms=0, sections=3, rounds=8, first=1e-3, tolerance=1e-3)
+"""Effort for the second kind there."""
 _FEW = 64
 """Members that the sieve asks."""
 _ERRORS = 5.0
@@ -103,6 +107,27 @@ class FreshSearch:
             tried = self._least_of_few(replace(search, change=rest), deciding)
         return of_fresh
 
+    @cached_property
+    def has_window(self) -> bool:
+        """True if the refuted choice serves enough of the sample at another pretension."""
+        if self.refuted is None or self._question.placement.given is not None:
+            return False
+        return self.refuted.low <= self.refuted.high
+
+    def can_be_built_within(self, choice: Solutions) -> bool:
+        """Return True if the refuted choice can be built where it serves enough of the sample.
+
+        Args:
+            choice: The choice, which serves enough at another pretension (`has_window`).
+        """
+        if self.refuted is None:
+            raise ValueError("no choice is refuted")
+        low = np.array([self.refuted.low])
+        high = np.array([self.refuted.high])
+        pretension = float(self._question.placement.within(low, high, choice.reserve)[0])
+        judged = self.verifier.judge_at(choice.points, pretension)
+        return bool(self._with_worst(self._question, choice, pretension, judged).can_be_built[0])
+
     @property
     def _question(self) -> Question:
         """Question under the conditions of the sample."""
@@ -139,13 +164,27 @@ class FreshSearch:
         from_high = abs(solved.pretension_to.item() - pretension)
         is_near = min(from_low, from_high) <= 0.5 * NEAR * (1.0 + abs(pretension))
         judged = verifier.judge_at(points, pretension, ends if is_near else None)
+        with_worst = self._with_worst(question, solved, pretension, judged)
+        return tried._replace(solved=with_worst, judged=judged)
+
+    def _with_worst(
+        self, question: Question, solved: Solutions, pretension: float, judged: Verified
+    ) -> Solutions:
+        """Return a choice at a pretension with its worst values for the members it serves.
+
+        Args:
+            question: Question of the sample, with a change or without.
+            solved: The choice.
+            pretension: The pretension, N.
+            judged: Judgement on the choice at this pretension.
+        """
+        solver = self.verifier.solver.for_question(question)
         of_conditions = judged.is_served[np.newaxis, question.groups.of]
-        worst = verifier.solver.worst(points, np.array([pretension]), of_conditions)
+        worst = solver.worst(solved.points, np.array([pretension]), of_conditions)
         at_pretension = replace(
             solved, pretension=np.array([pretension]), served_at=np.array([judged.value])
         )
-        with_worst = at_pretension.with_worst(question, slice(None), worst)
-        return tried._replace(solved=with_worst, judged=judged)
+        return at_pretension.with_worst(question, slice(None), worst)
 
     # --- The few conditions that decide -----------------------------------------------------------
 
@@ -158,10 +197,10 @@ class FreshSearch:
         """
         change = search.change
         sieve = None
-        effort = _BISECTION
+        effort = _SPARING_BISECTION if is_sought(self._question) else _BISECTION
         if change.effort.values > 1:
             sieve = self._sieve
-            effort = _SCAN
+            effort = _SPARING_SCAN if is_sought(self._question) else _SCAN
         quick = replace(
             search,
             solver=self._solver_of(deciding),

@@ -541,13 +541,21 @@ def _remedies(
 
 
 def _remedies_of_refuted(search: FreshSearch, chosen: Solutions) -> Remedies:
-    """Return fixes, relaxations and notes for a choice that the fresh sample refutes."""
+    """Return fixes and relaxations for a choice that the fresh sample refutes.
+
+    Where it serves enough at another pretension, only those without which it cannot be built there.
+    """
+    if search.has_window and search.can_be_built_within(chosen):
+        return Remedies()
     solver = search.verifier.solver
     codes = (chosen.from_binding.by[0], chosen.to_binding.by[0])
     limits = {LIMIT_NAMES[code] for code in codes if code != NOTHING}
-    return Remedies(
-        fixes(solver, chosen, search), relaxations(solver, limits, chosen.points, search)
-    )
+    changed = fixes(solver, chosen, search)
+    relaxed = relaxations(solver, limits, chosen.points, search)
+    if search.has_window:
+        changed = [fix for fix in changed if fix["after"] is not None]
+        relaxed = [demand for demand in relaxed if demand["after"] is not None]
+    return Remedies(changed, relaxed)
 
 
 def _conflicts(

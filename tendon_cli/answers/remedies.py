@@ -229,6 +229,8 @@ def _nearest_part(question: Question, key: str, value: float) -> PartRecord | No
 def _least(solver: Solver, change: Change, search: FreshSearch | None) -> PrintedChange | None:
     """Return the least change that gives a choice a window, if possible one that can be built.
 
+    Where another pretension is enough without a change, only one with which it can be built counts.
+
     Args:
         solver: Solver of the question.
         change: The change.
@@ -237,9 +239,11 @@ def _least(solver: Solver, change: Change, search: FreshSearch | None) -> Printe
     Returns:
         The change with the first choice; None if no value tried gives a window.
     """
-    least = _least_of_any(solver, change, search, must_be_buildable=False)
-    if least is None or least.can_be_built:
-        return least
+    least = None
+    if search is None or not search.has_window:
+        least = _least_of_any(solver, change, search, must_be_buildable=False)
+        if least is None or least.can_be_built:
+            return least
     buildable = _least_of_any(solver, change, search, must_be_buildable=True)
     if buildable is None or not buildable.can_be_built:
         return least

@@ -325,6 +325,43 @@ def test_a_hundredth_less_of_what_helps_serves_too_few_whatever_the_pretension(r
         assert covered.served[0] < 0.95, key
 
 
+# --- Another pretension is enough -----------------------------------------------------------------
+
+TOO_LOW = {
+    "spring": {"stiffness": 5e3, "free_length": 0.04},
+    "spool": {"ratio": 0.6},
+    "load": {"mass": "4 kg +/- 0.5 kg"},
+    "motion": MOTION,
+    "uncertainty": {"draws": 2, "seed": 3},
+    "design": {"pretension": "least", "verify": 200},
+}
+"""Two draws need less than most others do."""
+
+
+def test_nothing_needs_a_change_where_another_pretension_serves_enough():
+    """A spool ratio "from 1 to 1" was said to help."""
+    answer = tendon.design(study_of(TOO_LOW))
+    verdict = answer.best["served_verified"]
+    assert verdict["value"] < 0.95
+    assert verdict["from"] is not None
+    assert answer.record["fixes"] == answer.record["would_take"] == []
+    at_other = {"design": {"pretension": f"{1.01 * verdict['from']} N"}}
+    again = tendon.design(study_of(TOO_LOW, at_other))
+    assert again.best["served_verified"]["value"] >= 0.95
+
+
+def test_a_change_is_named_if_the_suit_cannot_be_built_at_the_other_pretension():
+    room = tendon.design(study_of(TOO_LOW)).record["parts_needed"]["spring"]["room"]
+    longest = TOO_LOW["spring"]["free_length"] + room
+    tight = {"spring": {"free_length": longest - 1e-4}}
+    answer = tendon.design(study_of(TOO_LOW, tight))
+    assert answer.record["parts_needed"]["spring"]["room"] > 0.0
+    assert answer.best["served_verified"]["from"] is not None
+    helping = [*answer.record["fixes"], *answer.record["would_take"]]
+    assert helping
+    assert all(change["can_be_built"] for change in helping)
+
+
 def test_shares_by_sex_and_the_curve_are_those_of_the_fresh_sample(refuted):
     population = refuted.record["population"]
     verdict = refuted.best["served_verified"]
