@@ -47,6 +47,8 @@ _SPARE = 1.25
 """Weight of the first members that decide, as a multiple of the weight that may be left out."""
 _FEWEST = 128
 """Members that decide beside these."""
+_SPARING_FEWEST = 32
+"""The same where each window is sought pretension by pretension."""
 _STEP = 1e-3
 """Share of the way to the farthest value by which the search goes on from a refuted value."""
 
@@ -259,7 +261,8 @@ class FreshSearch:
         weight = np.cumsum(groups.weighting[hardest_first])
         left_out = (1.0 - self._question.serve) * weight[-1]
         members = self._members_of(deciding)
-        count = int(np.searchsorted(weight, _SPARE * left_out)) + _FEWEST
+        fewest = _SPARING_FEWEST if is_sought(self._question) else _FEWEST
+        count = int(np.searchsorted(weight, _SPARE * left_out)) + fewest
         members[hardest_first[: max(count, 2 * int(members.sum()))]] = True
         # They may be served together at another pretension, which then leaves out others.
         while not members.all():

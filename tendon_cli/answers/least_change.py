@@ -53,7 +53,7 @@ class Effort(NamedTuple):
 
 SCAN = Effort(values=65, zooms=4, sections=16, rounds=14)
 """Effort for a change that may open a window and then close it again."""
-SPARING_SCAN = Effort(values=17, zooms=2, sections=8, rounds=8, tolerance=1e-4)
+SPARING_SCAN = Effort(values=13, zooms=1, sections=8, rounds=7, tolerance=1e-3)
 """Effort for the same where each window is sought pretension by pretension."""
 BISECTION = Effort(values=1, zooms=0, sections=3, rounds=12)
 """Effort for a change that opens the more windows, the larger it is."""

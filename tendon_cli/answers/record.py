@@ -38,6 +38,7 @@ from tendon_cli.answers.question_facts import (
 from tendon_cli.answers.remedies import (
     choices_to_relax_for,
     fixes,
+    members_to_judge,
     relaxations,
     sampled,
 )
@@ -46,6 +47,7 @@ from tendon_cli.answers.setup import drift_record, setting_record
 from tendon_cli.answers.tables import VERIFIED, as_records, choice_columns, choice_rows
 from tendon_cli.answers.text_notes import (
     PROOF_METHOD,
+    note_on_judges,
     note_on_remedies,
     note_on_worst_values,
     note_without_fresh_sample,
@@ -532,7 +534,15 @@ def _remedies(
         notes.append(note_on_remedies(len(tried.groups), len(groups), groups.noun))
     limits = {limit for pair in conflicts for limit in pair}
     points = choices_to_relax_for(question)
-    search = None if verifier is None else FreshSearch(verifier, solver)
+    search = None
+    if verifier is not None:
+        judge = Verifier.of(solver, members_to_judge(verifier.solver.question)) or verifier
+        search = FreshSearch(judge, solver)
+        judging = len(judge.sample)
+        if judging < len(verifier.sample):
+            is_of_persons = verifier.sample.draws_persons
+            noun = "newly drawn persons" if is_of_persons else "new draws"
+            notes.append(note_on_judges(judging, len(verifier.sample), noun))
     return Remedies(
         fixes(solver.for_question(tried), closest, search),
         relaxations(solver, limits, points, search),

@@ -55,6 +55,11 @@ PARAMETERS = {
 
 _MOST_OF_ONE = 250_000
 """Most states of one choice under all conditions; beyond it, only some groups are tried."""
+_MOST_JUDGED = 2_500_000
+"""States of one choice under all conditions of a fresh sample, above which only some of its members
+judge a change, if each window is sought pretension by pretension."""
+_FEWEST_JUDGES = 200
+"""Fewest members of a fresh sample who judge a change."""
 _FEW = 8
 """Fewest groups that are tried."""
 _MOST_OF_ALL = 2**28
@@ -119,6 +124,18 @@ def _groups_to_try(question: Question) -> int:
     """Return the number of groups for which changes are tried, at most."""
     cost = len(question.conditions) * cost_per_design(question)
     return max(_FEW, len(question.groups) * _MOST_OF_ONE // cost)
+
+
+def members_to_judge(question: Question) -> int:
+    """Return the number of members of a fresh sample who judge changes, at most.
+
+    Args:
+        question: Question under the conditions of the sample.
+    """
+    if not is_sought(question):
+        return len(question.groups)
+    cost = len(question.conditions) * cost_per_design(question)
+    return max(_FEWEST_JUDGES, len(question.groups) * _MOST_JUDGED // cost)
 
 
 def _current_value(question: Question, points: Points, key: str) -> float:

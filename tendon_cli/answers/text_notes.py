@@ -103,6 +103,11 @@ def note_on_remedies(tried: int, groups: int, counted: str) -> str:
     )
 
 
+def note_on_judges(judging: int, members: int, noun: str) -> str:
+    """Note that what would help is judged by some of a fresh sample alone."""
+    return f"what would help is judged by {judging:,} of the {members:,} {noun}"
+
+
 def scope_words(
     angles: tuple[float, float],
     ranges: Mapping[str, tuple[float, float]],

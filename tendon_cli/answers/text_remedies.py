@@ -5,7 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from tendon_cli import say
-from tendon_cli.answer_record import AnswerResults, FixRecord, QuestionRecord, RelaxationRecord
+from tendon_cli.answer_record import (
+    AnswerResults,
+    FixRecord,
+    FreshRecord,
+    QuestionRecord,
+    RelaxationRecord,
+)
 from tendon_cli.answers.phrases import COSTS, costs, value_words
 from tendon_cli.answers.text_verified import share_words
 from tendon_cli.quantities import QUANTITIES, Quantity
@@ -111,7 +117,8 @@ def relaxations_words(
         whom = f"{share} {question['counted']}"
         judged = record["served_verified"]
         if judged is not None and fresh is not None:
-            whom = share_words(fresh, judged, answer["serve"])
+            judges: FreshRecord = {**fresh, "count": judged["of"]}
+            whom = share_words(judges, judged, answer["serve"])
         but = "" if record["can_be_built"] else f", but it cannot be built: {NO_ROOM}"
         yield f"{changed}: {suit} serves {whom}{but}"
     if not_enough:

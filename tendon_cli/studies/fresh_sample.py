@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_cli.model.kinematics import Array, Rows
-from tendon_cli.space.axis import DRAW_AXIS, Axis
+from tendon_cli.space.axis import DRAW_AXIS, Axis, evenly_spaced
 from tendon_cli.studies.people.people_section import People
 from tendon_cli.studies.people.population import Population
 from tendon_cli.studies.spaces import person_axis
@@ -44,6 +44,20 @@ class FreshSample:
     def weighting(self) -> Array:
         """Weight of each member, (members,)."""
         return np.ones(len(self)) if self.axis.weighting is None else self.axis.weighting
+
+    def thinned(self, most: int) -> FreshSample:
+        """Return a sample of at most so many of these members; all of them for persons of a file.
+
+        Args:
+            most: Largest number of members.
+        """
+        if self.persons or len(self) <= most:
+            return self
+        rows = evenly_spaced(len(self), most)
+        numbers = {key: values[rows] for key, values in self.axis.numbers.items()}
+        sexes = tuple(self.sexes[row] for row in rows) if self.sexes else ()
+        axis = _axis(numbers, self.weighting[rows])
+        return replace(self, axis=axis, strata=self.strata[rows], sexes=sexes)
 
 
 def fresh_sample(study: Study) -> FreshSample | None:

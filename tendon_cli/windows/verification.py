@@ -62,8 +62,13 @@ class Verifier:
     sample: FreshSample
 
     @classmethod
-    def of(cls, solver: Solver) -> Self | None:
-        """Return the judge of a question's choices; None if it has no fresh sample."""
+    def of(cls, solver: Solver, most: int | None = None) -> Self | None:
+        """Return the judge of a question's choices; None if it has no fresh sample.
+
+        Args:
+            solver: Solver of the question.
+            most: Most members of the sample who judge; None for all.
+        """
         question = solver.question
         counted = {axis.key for axis in question.conditions.axes if axis.role == "draw"}
         if not counted or not counted <= set(SAMPLE_AXES):
@@ -74,6 +79,8 @@ class Verifier:
         sample = fresh_sample(question.study)
         if sample is None:
             return None
+        if most is not None:
+            sample = sample.thinned(most)
         others = [
             _with_inside(question, axis) for axis in question.conditions.axes if axis.role != "draw"
         ]

@@ -5,6 +5,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli import say
+from tendon_cli.answers.remedies import members_to_judge
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.studies.fresh_sample import fresh_sample
 from tendon_cli.studies.load import study_from
@@ -323,6 +324,35 @@ def test_a_hundredth_less_of_what_helps_serves_too_few_whatever_the_pretension(r
         low, high = judge.judge_at(judge.solver.question.all_points(), 100.0).windows
         covered = share_served(low[np.newaxis], high[np.newaxis], np.ones(len(low)))
         assert covered.served[0] < 0.95, key
+
+
+# --- Fewer judges ---------------------------------------------------------------------------------
+
+
+def test_a_thinned_sample_is_a_part_of_it():
+    sample = fresh_sample(study_of(people(40, by="sex", verify=400), ROUGH, SUIT))
+    few = sample.thinned(50)
+    assert len(few) == len(few.sexes) == 50
+    assert sample.thinned(400) is sample
+    rows = np.searchsorted(np.arange(400), np.round(np.linspace(0, 399, 50)))
+    for key, values in sample.axis.numbers.items():
+        np.testing.assert_array_equal(few.axis.numbers[key], values[rows])
+    np.testing.assert_array_equal(few.weighting, sample.weighting[rows])
+    np.testing.assert_array_equal(few.strata, sample.strata[rows])
+    assert few.sexes == tuple(sample.sexes[row] for row in rows)
+
+
+def test_fewer_members_judge_changes_where_windows_are_sought_one_by_one():
+    """Along a motion in time one change took minutes to judge by all."""
+    speed = {"motion": {**MOTION, "speed": "60 deg/s"}}
+    parts = (ROUGH, SUIT, LOADS, {"design": {"verify": 5000}})
+    sought = study_of(*parts, speed, {"limits": {"max_friction_loss": "5 J"}})
+    plain = study_of(*parts)
+    of_plain, of_sought = (Verifier.of(Solver(question_of(study))) for study in (plain, sought))
+    assert members_to_judge(of_plain.solver.question) == 5000
+    most = members_to_judge(of_sought.solver.question)
+    assert 200 <= most < 5000
+    assert len(Verifier.of(Solver(question_of(sought)), most).sample) == most
 
 
 # --- Another pretension is enough -----------------------------------------------------------------
