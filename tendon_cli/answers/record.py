@@ -536,7 +536,7 @@ def _remedies(
     points = choices_to_relax_for(question)
     search = None
     if verifier is not None:
-        judge = Verifier.of(solver, members_to_judge(verifier.solver.question)) or verifier
+        judge = _judge_of_changes(verifier, solver)
         search = FreshSearch(judge, solver)
         judging = len(judge.sample)
         if judging < len(verifier.sample):
@@ -548,6 +548,14 @@ def _remedies(
         relaxations(solver, limits, points, search),
         notes,
     )
+
+
+def _judge_of_changes(verifier: Verifier, solver: Solver) -> Verifier:
+    """Return the judge of what would help: fewer members of the sample if each takes long."""
+    most = members_to_judge(verifier.solver.question)
+    if most >= len(verifier.sample):
+        return verifier
+    return Verifier.of(solver, most) or verifier
 
 
 def _remedies_of_refuted(search: FreshSearch, chosen: Solutions) -> Remedies:
