@@ -536,13 +536,10 @@ def _remedies(
     points = choices_to_relax_for(question)
     search = None
     if verifier is not None:
-        judge = _judge_of_changes(verifier, solver)
+        judge = verifier.thinned(members_to_judge(verifier.solver.question))
         search = FreshSearch(judge, solver)
-        judging = len(judge.sample)
-        if judging < len(verifier.sample):
-            is_of_persons = verifier.sample.draws_persons
-            noun = "newly drawn persons" if is_of_persons else "new draws"
-            notes.append(note_on_judges(judging, len(verifier.sample), noun))
+        if len(judge.sample) < len(verifier.sample):
+            notes.append(note_on_judges(len(judge.sample), fresh_record(verifier.sample)))
     return Remedies(
         fixes(solver.for_question(tried), closest, search),
         relaxations(solver, limits, points, search),
@@ -550,18 +547,10 @@ def _remedies(
     )
 
 
-def _judge_of_changes(verifier: Verifier, solver: Solver) -> Verifier:
-    """Return the judge of what would help: fewer members of the sample if each takes long."""
-    most = members_to_judge(verifier.solver.question)
-    if most >= len(verifier.sample):
-        return verifier
-    return Verifier.of(solver, most) or verifier
-
-
 def _remedies_of_refuted(search: FreshSearch, chosen: Solutions) -> Remedies:
     """Return fixes and relaxations for a choice that the fresh sample refutes.
 
-    Where it serves enough at another pretension, only those without which it cannot be built there.
+    If it serves enough at another pretension, they are needed only where it cannot be built there.
     """
     if search.has_window and search.can_be_built_within(chosen):
         return Remedies()

@@ -122,8 +122,7 @@ def sampled(question: Question, choice: Solutions) -> Question:
 
 def _groups_to_try(question: Question) -> int:
     """Return the number of groups for which changes are tried, at most."""
-    cost = len(question.conditions) * cost_per_design(question)
-    return max(_FEW, len(question.groups) * _MOST_OF_ONE // cost)
+    return _groups_within(question, _MOST_OF_ONE, _FEW)
 
 
 def members_to_judge(question: Question) -> int:
@@ -134,8 +133,13 @@ def members_to_judge(question: Question) -> int:
     """
     if not is_sought(question):
         return len(question.groups)
+    return _groups_within(question, _MOST_JUDGED, _FEWEST_JUDGES)
+
+
+def _groups_within(question: Question, states: int, fewest: int) -> int:
+    """Return how many groups take as long as so many states, but not fewer than `fewest`."""
     cost = len(question.conditions) * cost_per_design(question)
-    return max(_FEWEST_JUDGES, len(question.groups) * _MOST_JUDGED // cost)
+    return max(fewest, len(question.groups) * states // cost)
 
 
 def _current_value(question: Question, points: Points, key: str) -> float:

@@ -107,9 +107,9 @@ def sensitivities(solver: Solver, choice: Solutions) -> list[SensitivityRecord]:
 def _solver_of_group(solver: Solver, choice: Solutions, end: End) -> Solver:
     """Return the solver for the person or draw that sets an end, under all its conditions."""
     question = solver.question
-    groups = question.groups.of
-    condition = int(choice.binding(end).condition[0])
-    own = question.for_conditions(np.flatnonzero(groups == groups[condition]))
+    groups = question.groups
+    group = groups.of[choice.binding(end).condition]
+    own = question.for_conditions(groups.conditions_of(group))
     return solver.for_question(replace(own, serve=1.0))
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from tendon_cli import say
+from tendon_cli.answer_record import FreshRecord
+from tendon_cli.answers.text_verified import members
 from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.study import Study, keys
 
@@ -103,9 +105,9 @@ def note_on_remedies(tried: int, groups: int, counted: str) -> str:
     )
 
 
-def note_on_judges(judging: int, members: int, noun: str) -> str:
+def note_on_judges(judging: int, fresh: FreshRecord) -> str:
     """Note that what would help is judged by some of a fresh sample alone."""
-    return f"what would help is judged by {judging:,} of the {members:,} {noun}"
+    return f"what would help is judged by {judging:,} of the {members(fresh)}"
 
 
 def scope_words(

@@ -25,9 +25,8 @@ def columns_of(limit: str) -> list[str]:
 
 
 def columns_that_judge(limit: str) -> list[str]:
-    """Return the columns from which it follows if a design breaks a limit."""
-    source = LIMITS[limit].null_without
-    return [*columns_of(limit), source] if source else columns_of(limit)
+    """Return the columns from which it follows if a design or a side of it breaks a limit."""
+    return [*dict.fromkeys((*columns_of(limit), *LIMITS[limit].judged_by))]
 
 
 def breaches_in(columns: Mapping[str, Array], bounds: Mapping[str, Array]) -> Iterator[Breach]:

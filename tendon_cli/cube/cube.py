@@ -20,8 +20,8 @@ from tendon_cli.cube.room import (
     bound_of,
     bounded_column,
     bounded_values,
-    columns_without_which_null,
     has_bounded_column,
+    judging_columns,
     room_to,
 )
 from tendon_cli.engine.states import WorkedOut
@@ -261,7 +261,7 @@ class Cube:
         own = self.columns_of_bound(limit)
         is_column = column in self.columns and self.with_sides(column) == [column]
         if is_column and has_bounded_column(limit, self.kind):
-            needed = [column, *own, *columns_without_which_null(limit)]
+            needed = [*judging_columns(limit), *own]
             columns = self.gather(rows, [name for name in needed if name in self.columns])
         else:
             values = bounded_values(self.study, self.kind, limit, rows)

@@ -32,10 +32,9 @@ def has_bounded_column(name: str, kind: str) -> bool:
     return kind != "states" or LIMITS[name].of_design is not None
 
 
-def columns_without_which_null(name: str) -> list[str]:
-    """Return the column that is 0 where a limit has nothing to bound and is broken; mostly none."""
-    source = LIMITS[name].null_without
-    return [source] if source else []
+def judging_columns(name: str) -> tuple[str, ...]:
+    """Return the columns of designs from which it follows if one breaks a limit."""
+    return LIMITS[name].judged_by
 
 
 def sign_of(name: str) -> str:

@@ -480,12 +480,11 @@ def separate_ticks(axis: Any, length: float) -> None:
                 return
     if isinstance(locator, ticker.LogLocator):
         powers = np.log10(places)
-        is_decade = np.isclose(powers, np.round(powers))
-        decades = places[is_decade]
-        of_decades = [text for text, is_kept in zip(texts, is_decade, strict=True) if is_kept]
+        decades = np.flatnonzero(np.isclose(powers, np.round(powers)))
+        of_decades = [texts[place] for place in decades]
         are_some = len(decades) >= _FEWEST_DECADES
-        if are_some and not _labels_touch(axis, decades, of_decades, length):
-            axis.set_major_locator(ticker.FixedLocator(decades))
+        if are_some and not _labels_touch(axis, places[decades], of_decades, length):
+            axis.set_major_locator(ticker.FixedLocator(places[decades]))
             return
     if isinstance(locator, ticker.FixedLocator | ticker.LogLocator):
         kept = _labels_apart(*_label_extents(axis, places, texts, length))

@@ -108,7 +108,7 @@ def map_data(cube: Cube, plan: MapPlan, spec: FigureSpec) -> MapData:
 
 def _finite_below(room: Floats) -> Floats:
     """Put the largest finite magnitude for room that is -infinite, so that a line can be drawn."""
-    deepest = np.abs(room, where=np.isfinite(room), out=np.zeros_like(room)).max(initial=0.0)
+    deepest = np.abs(room[np.isfinite(room)]).max(initial=0.0)
     return np.maximum(room, -(deepest or 1.0))
 
 

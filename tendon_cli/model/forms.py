@@ -106,6 +106,11 @@ class DesignLimit:
         object.__setattr__(self, "column", self.column or self.name)
 
     @property
+    def judged_by(self) -> tuple[str, ...]:
+        """Columns of designs from which it follows if one breaks the limit."""
+        return (self.column, self.null_without) if self.null_without else (self.column,)
+
+    @property
     def from_below(self) -> bool:
         """True if the smallest value is bounded."""
         return self.name.startswith("min_")

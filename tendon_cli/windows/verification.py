@@ -62,13 +62,8 @@ class Verifier:
     sample: FreshSample
 
     @classmethod
-    def of(cls, solver: Solver, most: int | None = None) -> Self | None:
-        """Return the judge of a question's choices; None if it has no fresh sample.
-
-        Args:
-            solver: Solver of the question.
-            most: Most members of the sample who judge; None for all.
-        """
+    def of(cls, solver: Solver) -> Self | None:
+        """Return the judge of a question's choices; None if it has no fresh sample."""
         question = solver.question
         counted = {axis.key for axis in question.conditions.axes if axis.role == "draw"}
         if not counted or not counted <= set(SAMPLE_AXES):
@@ -79,13 +74,22 @@ class Verifier:
         sample = fresh_sample(question.study)
         if sample is None:
             return None
-        if most is not None:
-            sample = sample.thinned(most)
         others = [
             _with_inside(question, axis) for axis in question.conditions.axes if axis.role != "draw"
         ]
         conditions = Space((sample.axis, *others)).grouped()
         return cls(solver.for_question(replace(question, conditions=conditions)), sample)
+
+    def thinned(self, most: int) -> Self:
+        """Return a judge that asks at most so many members (`FreshSample.thinned`)."""
+        sample = self.sample.thinned(most)
+        if sample is self.sample:
+            return self
+        question = self.solver.question
+        _, *others = question.conditions.axes
+        conditions = Space((sample.axis, *others)).grouped()
+        thinned = self.for_question(replace(question, conditions=conditions))
+        return replace(thinned, sample=sample)
 
     def for_question(self, question: Question) -> Self:
         """Return the judge with the same sample, but with other limits or numbers.

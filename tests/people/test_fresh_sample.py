@@ -326,72 +326,6 @@ def test_a_hundredth_less_of_what_helps_serves_too_few_whatever_the_pretension(r
         assert covered.served[0] < 0.95, key
 
 
-# --- Fewer judges ---------------------------------------------------------------------------------
-
-
-def test_a_thinned_sample_is_a_part_of_it():
-    sample = fresh_sample(study_of(people(40, by="sex", verify=400), ROUGH, SUIT))
-    few = sample.thinned(50)
-    assert len(few) == len(few.sexes) == 50
-    assert sample.thinned(400) is sample
-    rows = np.searchsorted(np.arange(400), np.round(np.linspace(0, 399, 50)))
-    for key, values in sample.axis.numbers.items():
-        np.testing.assert_array_equal(few.axis.numbers[key], values[rows])
-    np.testing.assert_array_equal(few.weighting, sample.weighting[rows])
-    np.testing.assert_array_equal(few.strata, sample.strata[rows])
-    assert few.sexes == tuple(sample.sexes[row] for row in rows)
-
-
-def test_fewer_members_judge_changes_where_windows_are_sought_one_by_one():
-    """Along a motion in time one change took minutes to judge by all."""
-    speed = {"motion": {**MOTION, "speed": "60 deg/s"}}
-    parts = (ROUGH, SUIT, LOADS, {"design": {"verify": 5000}})
-    sought = study_of(*parts, speed, {"limits": {"max_friction_loss": "5 J"}})
-    plain = study_of(*parts)
-    of_plain, of_sought = (Verifier.of(Solver(question_of(study))) for study in (plain, sought))
-    assert members_to_judge(of_plain.solver.question) == 5000
-    most = members_to_judge(of_sought.solver.question)
-    assert 200 <= most < 5000
-    assert len(Verifier.of(Solver(question_of(sought)), most).sample) == most
-
-
-# --- Another pretension is enough -----------------------------------------------------------------
-
-TOO_LOW = {
-    "spring": {"stiffness": 5e3, "free_length": 0.04},
-    "spool": {"ratio": 0.6},
-    "load": {"mass": "4 kg +/- 0.5 kg"},
-    "motion": MOTION,
-    "uncertainty": {"draws": 2, "seed": 3},
-    "design": {"pretension": "least", "verify": 200},
-}
-"""Two draws need less than most others do."""
-
-
-def test_nothing_needs_a_change_where_another_pretension_serves_enough():
-    """A spool ratio "from 1 to 1" was said to help."""
-    answer = tendon.design(study_of(TOO_LOW))
-    verdict = answer.best["served_verified"]
-    assert verdict["value"] < 0.95
-    assert verdict["from"] is not None
-    assert answer.record["fixes"] == answer.record["would_take"] == []
-    at_other = {"design": {"pretension": f"{1.01 * verdict['from']} N"}}
-    again = tendon.design(study_of(TOO_LOW, at_other))
-    assert again.best["served_verified"]["value"] >= 0.95
-
-
-def test_a_change_is_named_if_the_suit_cannot_be_built_at_the_other_pretension():
-    room = tendon.design(study_of(TOO_LOW)).record["parts_needed"]["spring"]["room"]
-    longest = TOO_LOW["spring"]["free_length"] + room
-    tight = {"spring": {"free_length": longest - 1e-4}}
-    answer = tendon.design(study_of(TOO_LOW, tight))
-    assert answer.record["parts_needed"]["spring"]["room"] > 0.0
-    assert answer.best["served_verified"]["from"] is not None
-    helping = [*answer.record["fixes"], *answer.record["would_take"]]
-    assert helping
-    assert all(change["can_be_built"] for change in helping)
-
-
 def test_shares_by_sex_and_the_curve_are_those_of_the_fresh_sample(refuted):
     population = refuted.record["population"]
     verdict = refuted.best["served_verified"]
@@ -452,3 +386,71 @@ def test_a_repaired_answer_has_the_same_bytes(tmp_path):
     for name in ("named.parquet", "choices.parquet", "persons.parquet"):
         assert (first.folder / name).read_bytes() == (again.folder / name).read_bytes()
     assert first.record["best"] == again.record["best"]
+
+
+# --- Fewer judges ---------------------------------------------------------------------------------
+
+
+def test_a_thinned_sample_is_a_part_of_it():
+    sample = fresh_sample(study_of(people(40, by="sex", verify=400), ROUGH, SUIT))
+    few = sample.thinned(50)
+    assert len(few) == len(few.sexes) == 50
+    assert sample.thinned(400) is sample
+    rows = np.round(np.linspace(0, 399, 50)).astype(int)
+    for key, values in sample.axis.numbers.items():
+        np.testing.assert_array_equal(few.axis.numbers[key], values[rows])
+    np.testing.assert_array_equal(few.weighting, sample.weighting[rows])
+    np.testing.assert_array_equal(few.strata, sample.strata[rows])
+    assert few.sexes == tuple(sample.sexes[row] for row in rows)
+
+
+def test_fewer_members_judge_changes_where_windows_are_sought_one_by_one():
+    """Along a motion in time one change took minutes to judge by all."""
+    speed = {"motion": {**MOTION, "speed": "60 deg/s"}}
+    parts = (ROUGH, SUIT, LOADS, {"design": {"verify": 5000}})
+    sought = study_of(*parts, speed, {"limits": {"max_friction_loss": "5 J"}})
+    plain = study_of(*parts)
+    of_plain, of_sought = (Verifier.of(Solver(question_of(study))) for study in (plain, sought))
+    assert members_to_judge(of_plain.solver.question) == 5000
+    most = members_to_judge(of_sought.solver.question)
+    assert 200 <= most < 5000
+    few = of_sought.thinned(most)
+    assert len(few.sample) == len(few.solver.question.groups) == most
+    assert of_plain.thinned(5000) is of_plain
+
+
+# --- Another pretension is enough -----------------------------------------------------------------
+
+TOO_LOW = {
+    "spring": {"stiffness": 5e3, "free_length": 0.04},
+    "spool": {"ratio": 0.6},
+    "load": {"mass": "4 kg +/- 0.5 kg"},
+    "motion": MOTION,
+    "uncertainty": {"draws": 2, "seed": 3},
+    "design": {"pretension": "least", "verify": 200},
+}
+"""Two draws need less than most others do."""
+
+
+def test_nothing_needs_a_change_where_another_pretension_serves_enough():
+    """A spool ratio "from 1 to 1" was said to help."""
+    answer = tendon.design(study_of(TOO_LOW))
+    verdict = answer.best["served_verified"]
+    assert verdict["value"] < 0.95
+    assert verdict["from"] is not None
+    assert answer.record["fixes"] == answer.record["would_take"] == []
+    at_other = {"design": {"pretension": f"{1.01 * verdict['from']} N"}}
+    again = tendon.design(study_of(TOO_LOW, at_other))
+    assert again.best["served_verified"]["value"] >= 0.95
+
+
+def test_a_change_is_named_if_the_suit_cannot_be_built_at_the_other_pretension():
+    room = tendon.design(study_of(TOO_LOW)).record["parts_needed"]["spring"]["room"]
+    longest = TOO_LOW["spring"]["free_length"] + room
+    tight = {"spring": {"free_length": longest - 1e-4}}
+    answer = tendon.design(study_of(TOO_LOW, tight))
+    assert answer.record["parts_needed"]["spring"]["room"] > 0.0
+    assert answer.best["served_verified"]["from"] is not None
+    helping = [*answer.record["fixes"], *answer.record["would_take"]]
+    assert helping
+    assert all(change["can_be_built"] for change in helping)
