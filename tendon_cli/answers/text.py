@@ -188,11 +188,10 @@ def _judged(
     question = record["question"]
     serve = record["serve"]
     share = f"serves {judgement_words(fresh, judged, serve)}"
-    enough = "all" if serve >= 1.0 else f"at least {say.percent(serve)}"
+    enough = _enough(serve)
     if judged["from"] is None:
         noun, _ = say.setting_words(question["read"])
         return f"{share}; no {noun} serves {enough} of them"
-    low, high = ends_of([judged["from"], judged["to"]])
     if question["pretension"] is not None:
         window: ChoiceRecord = {
             **best,
@@ -200,7 +199,28 @@ def _judged(
             "pretension_to": judged["to"],
         }
         return f"{share}; {phrases.margins(question, window)}, which serves {enough} of them"
-    return f"{share}; anything {_span(low, high, question['unit'])} serves {enough} of them"
+    return f"{share}; {window_words(question, judged, serve)}"
+
+
+def window_words(
+    question: QuestionRecord, judged: VerifiedRecord, serve: float, gauge: str = ""
+) -> str:
+    """Say what serves enough of a fresh sample: "anything from 74 to 277 N serves all of them".
+
+    Args:
+        question: The question.
+        judged: Judgement of the sample, which has such a window.
+        serve: Share that is enough.
+        gauge: Words for what is read, behind the window: " of pretension".
+    """
+    low, high = ends_of([judged["from"], judged["to"]])
+    span = f"{_span(low, high, question['unit'])}{gauge}"
+    return f"anything {span} serves {_enough(serve)} of them"
+
+
+def _enough(serve: float) -> str:
+    """Say the share that is enough: "all", "at least 95 %"."""
+    return "all" if serve >= 1.0 else f"at least {say.percent(serve)}"
 
 
 def _span(low: float, high: float, unit: str) -> str:

@@ -18,7 +18,7 @@ from tendon_cli.answer_record import (
 )
 from tendon_cli.answers import phrases
 from tendon_cli.answers.phrases import pretension_words
-from tendon_cli.answers.text import conflict_words, edges_words, no_window_words
+from tendon_cli.answers.text import conflict_words, edges_words, no_window_words, window_words
 from tendon_cli.answers.text_bench import (
     drift_words,
     other_end_words,
@@ -78,7 +78,7 @@ def _answer(record: AnswerResults, best: ChoiceRecord) -> Iterator[Section]:
     yield Section("", first, " ")
     yield Section("Why", [*_why(record, best)], "")
     if not best["feasible"]:
-        yield Section("Would help", [*_help(record)], "")
+        yield Section("Would help", [*_other_pretension(record, best), *_help(record)], "")
     if record["setting"] is not None:
         yield Section("To set it", [*_to_set(record, best, record["setting"])])
     if record["parts_needed"] is not None:
@@ -176,6 +176,16 @@ def _conflict(record: AnswerResults, conflict: ConflictRecord) -> Iterator[Claus
         yield Clause(f"{suit.words} {suit.verb('come', 'comes')} closest to a window:", 3)
     for place, words in enumerate(conflict_words(record, conflict)):
         yield Clause(words, 0 if place < 2 else 5)
+
+
+def _other_pretension(record: AnswerResults, best: ChoiceRecord) -> Iterator[Clause]:
+    """Yield the pretensions that serve enough of the fresh sample, if there are some."""
+    question = record["question"]
+    judged = best["served_verified"]
+    if judged is None or judged["from"] is None or question["pretension"] is not None:
+        return
+    noun, where = say.setting_words(question["read"])
+    yield Clause(window_words(question, judged, record["serve"], where or f" of {noun}"))
 
 
 def _help(record: AnswerResults) -> Iterator[Clause]:
