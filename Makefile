@@ -69,15 +69,15 @@ torture: $(TORTURE)  ## the whole of what the tests sample
 	$(BIN)/python -m pytest -q -n auto -m torture
 
 friction: $(READY)  ## fit 200 seeds of every simulated rig, table in docs/friction-background.md
-	@nice $(BIN)/python -m tests.friction.torture --write docs/friction-background.md
+	@nice $(BIN)/python -m verification.friction_rigs.torture --write docs/friction-background.md
 
 mutants: $(READY)  ## put random faults into copies of the package and see whether the tests notice; MUTANTS="--count 60"
-	nice $(BIN)/python -m tests.torture.mutants $(MUTANTS)
+	nice $(BIN)/python -m tools.mutants $(MUTANTS)
 
 release: $(READY)  ## build sdist and wheel (manylinux on Linux) into dist/ and check what they hold
 	$(PIP) --group release
 	rm -rf dist build
-	$(BIN)/python -m tests.release dist
+	$(BIN)/python -m tools.release dist
 
 clean:  ## remove the environment and caches, never results
 	rm -rf $(VENV) $(VERIFY) .mypy_cache .ruff_cache .pytest_cache .hypothesis build dist *.egg-info tendon_cli/kernel/_native.*

@@ -13,8 +13,7 @@ import pytest
 from ruamel.yaml import YAML
 
 from tendon_cli import __version__
-
-from . import release
+from tools import release
 
 ROOT = Path(__file__).parent.parent
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())

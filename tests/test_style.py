@@ -13,7 +13,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "tendon_cli"
-FOLDERS = ("tendon_cli", "tests", "benchmarks", "verification", "docs")
+FOLDERS = ("tendon_cli", "tests", "tools", "benchmarks", "verification", "docs")
 PYTHON = sorted(
     path
     for folder in FOLDERS

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.torture.tools import quick_and_torture
+from tests.sampled import quick_and_torture
 
 from .conftest import PARTS, STUDY, SWEEP, leftovers, recorded, wait_for
 

@@ -21,7 +21,7 @@ from tendon_cli.proof import tightening
 from tendon_cli.proof.series import Series
 from tests.model import rationals
 from tests.model.designs import baseline, design
-from tests.torture.tools import quick_and_torture
+from tests.sampled import quick_and_torture
 
 RANGES = {
     "arm.a1": (0.03, 0.05),

@@ -8,7 +8,7 @@ from tendon_cli.answers.exact_numbers import USUAL_DEVIATIONS
 from tendon_cli.errors import StudyError
 from tendon_cli.studies.load import study_from
 from tendon_cli.windows.question import question_of
-from tests.torture.tools import quick_and_torture
+from tests.sampled import quick_and_torture
 
 SUIT = {
     "spring": {"stiffness": "5 kN/m"},

@@ -4,7 +4,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.model.limits import LIMITS
-from tests.torture.tools import quick_and_torture
+from tests.sampled import quick_and_torture
 
 BOUNDS = {
     "min_flexor_tension": "1 N",

@@ -16,7 +16,7 @@ from tendon_cli.studies.load import study_from
 from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solutions import solve
 from tendon_cli.windows.solver import Solver
-from tests.torture.tools import quick_and_torture
+from tests.sampled import quick_and_torture
 
 SUIT = {
     "load": {"mass": ["0 kg", "3 kg"]},

@@ -6,7 +6,7 @@ import pytest
 import tendon_cli as tendon
 from tendon_cli.errors import StudyError
 from tendon_cli.studies.accuracy import Accuracy
-from tests.torture.tools import quick_and_torture
+from tests.sampled import quick_and_torture
 
 from .studies import NO_UPPER_END
 

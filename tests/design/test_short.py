@@ -10,8 +10,8 @@ import tendon_cli as tendon
 from tendon_cli.answers.text_short import MOST_LINES, WIDTH, short_text
 from tendon_cli.errors import TendonError
 from tendon_cli.say import Clause, Section, fit
-from tests.torture.hostile.valid import FILES, Maker
-from tests.torture.tools import quick_and_torture
+from tests.sampled import quick_and_torture
+from tools.torture.hostile.valid import FILES, Maker
 
 from .test_text import COARSE, KINDS, ONE_SUIT, SUITS
 

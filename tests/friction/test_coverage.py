@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 from tendon_cli.friction import fit_friction
-
-from .ablation import WITHOUT
-from .cases import CASES, FRICTION, fits_of, mentions, readings
-from .rig import simulate
-from .torture import covers, run, silent_share
+from verification.friction_rigs.ablation import WITHOUT
+from verification.friction_rigs.cases import CASES, FRICTION, fits_of, mentions, readings
+from verification.friction_rigs.rig import simulate
+from verification.friction_rigs.torture import covers, run, silent_share
 
 CLEAN = [name for name, case in CASES.items() if case.clean]
 SHARP = [

@@ -13,9 +13,8 @@ from scipy.stats import ttest_ind
 from tendon_cli.errors import InputError
 from tendon_cli.friction import fit_friction
 from tendon_cli.friction.budget import BEND, RESOLUTION, SCATTER
-
-from .cases import CASES, fits_of, log_of, mentions, readings
-from .rig import Rig, simulate
+from verification.friction_rigs.cases import CASES, fits_of, log_of, mentions, readings
+from verification.friction_rigs.rig import Rig, simulate
 
 TABLE = Path(__file__).parents[2] / "configs" / "friction" / "table_a1.csv"
 ANGLE = math.radians(144.0)

@@ -9,8 +9,8 @@ import pytest
 from tendon_cli.errors import UsageError
 from tendon_cli.friction import fit_friction
 from tendon_cli.friction.budget import BEND
+from verification.friction_rigs.cases import mentions
 
-from .cases import mentions
 from .tables import BARE_ROWS, GERMAN, NAMED, TABLE, added, called, changed
 
 IN_GRAMS = called("cell 1 (g)", "cell 2 (kg)")

@@ -13,9 +13,8 @@ import pytest
 import tendon_cli as tendon
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.friction import write_strokes
-
-from .cases import mentions
-from .rig import Rig, simulate
+from verification.friction_rigs.cases import mentions
+from verification.friction_rigs.rig import Rig, simulate
 
 RIG = Rig(0.1, load_spring=0.5, strokes=8)
 LOGS = simulate(RIG, 2)

@@ -11,9 +11,8 @@ import pytest
 
 from tendon_cli.errors import InputError
 from tendon_cli.friction import fit_friction
-
-from .cases import mentions
-from .rig import Rig, simulate
+from verification.friction_rigs.cases import mentions
+from verification.friction_rigs.rig import Rig, simulate
 
 RIG = Rig(0.1)
 LOGS = simulate(RIG, 1)

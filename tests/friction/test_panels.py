@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from tendon_cli.figures.friction import fit_page
-
-from .cases import VARYING, fits_of
+from verification.friction_rigs.cases import VARYING, fits_of
 
 SEEDS = 3
 UNSEEN = 1e-4

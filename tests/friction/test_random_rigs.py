@@ -15,8 +15,7 @@ from tendon_cli.commands.fit_friction import fit_friction
 from tendon_cli.errors import InputError
 from tendon_cli.figures.friction import fit_page
 from tendon_cli.friction.budget import ZEROS
-
-from .random_rigs import (
+from verification.friction_rigs.random_rigs import (
     RandomRig,
     drawn_rig,
     forces_of,

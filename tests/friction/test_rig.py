@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from .rig import Rig, Tendon, simulate
+from verification.friction_rigs.rig import Rig, Tendon, simulate
 
 QUIET = Rig(
     0.1, friction_scatter=0.0, gain_scatter=0.0, gain_mismatch=0.0, noise=0.0, resolution=0.0

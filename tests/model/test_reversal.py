@@ -11,7 +11,7 @@ import pytest
 from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.reversal import reversal
 from tendon_cli.model.statics import BOTH_SLACK
-from tests.friction import rig
+from verification.friction_rigs import rig
 
 from .designs import baseline, design
 

@@ -11,7 +11,7 @@ from tendon_cli.answers import choices as choices_module
 from tendon_cli.answers.text_order import why_first
 from tendon_cli.windows import candidates as candidates_module
 from tendon_cli.windows.worst import WORST
-from tests.torture.tools import quick_and_torture
+from tests.sampled import quick_and_torture
 
 SUITS = {
     "arm": {"contact_width": 0.04},

@@ -7,7 +7,7 @@ import pytest
 import tendon_cli as tendon
 from tendon_cli.reports.report import write_report
 from tests.report.conftest import MOTION, TITLE, until
-from tests.torture.tools import quick_and_torture
+from tests.sampled import quick_and_torture
 
 PAGES = ("page_file", "answer_page")
 SIZES = [(390, "light"), (390, "dark"), (1280, "light"), (1280, "dark")]

@@ -6,9 +6,9 @@ import itertools
 import numpy as np
 import pytest
 
-from .elastic_links import LEAD_IN, Motion, Rig, Tendon, simulate
-from .gripped_cables import Cables, link_tensions, move_cables, unstressed_grip
-from .plain_dictionary import flexor_length, flexor_lever, make_rig
+from verification.rigs.elastic_links import LEAD_IN, Motion, Rig, Tendon, simulate
+from verification.rigs.gripped_cables import Cables, link_tensions, move_cables, unstressed_grip
+from verification.rigs.plain_dictionary import flexor_length, flexor_lever, make_rig
 
 DEGREE = np.pi / 180.0
 

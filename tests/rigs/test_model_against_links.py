@@ -13,8 +13,7 @@ from tendon_cli.engine.plan import Plan
 from tendon_cli.model.moving import Moving, motion_columns
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.studies.measured_motion import smoothed
-
-from .random_motions import KEPT, KINDS, Reaches, random_cases, study_numbers
+from verification.rigs.random_motions import KEPT, KINDS, Reaches, random_cases, study_numbers
 
 SAMPLES = 240
 """Samples of a cycle."""

@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from . import mujoco_suit
-from .elastic_links import Motion, simulate
-from .mujoco_suit import CACHE, SEEDS, kept_history, mujoco_log, run_log
-from .suit_logs import LOADS, rig_of, session_of
+from verification.rigs import mujoco_suit
+from verification.rigs.elastic_links import Motion, simulate
+from verification.rigs.mujoco_suit import CACHE, SEEDS, kept_history, mujoco_log, run_log
+from verification.rigs.suit_logs import LOADS, rig_of, session_of
 
 needs_mujoco = pytest.mark.skipif(find_spec("mujoco") is None, reason="MuJoCo is not installed")
 

@@ -6,8 +6,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from .elastic_links import Motion
-from .random_motions import (
+from verification.rigs.elastic_links import Motion
+from verification.rigs.random_motions import (
     CACHE,
     KINDS,
     Reaches,

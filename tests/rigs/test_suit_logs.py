@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from .elastic_links import Tendon
-from .suit_logs import (
+from verification.rigs.elastic_links import Tendon
+from verification.rigs.suit_logs import (
     CYCLE,
     CYCLES,
     FAULTS,

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.rigs.elastic_links import Motion, simulate
-from tests.rigs.plain_dictionary import make_rig
+from verification.rigs.elastic_links import Motion, simulate
+from verification.rigs.plain_dictionary import make_rig
 
 TRUTH = {
     "sheath.friction": 0.09,

@@ -18,9 +18,9 @@ from tendon_cli.errors import InputError, OutputError, Stopped
 from tendon_cli.tables import write as write_module
 from tendon_cli.tables.read import open_table
 from tendon_cli.tables.write import table_file
-from tests.torture.disk import Disk
-from tests.torture.folders import flip
-from tests.torture.hostile.breed import footer_start
+from tools.torture.disk import Disk
+from tools.torture.folders import flip
+from tools.torture.hostile.breed import footer_start
 
 STUDY = """
 [load]

@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from .tools import QUIET, SMALL, STUDIES, STUDY, launched, study_in
+from tools.torture.runs import QUIET, SMALL, STUDIES, STUDY, launched, study_in
 
 
 @pytest.fixture(scope="session")

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import HealthCheck, Phase, seed, settings
 from hypothesis.stateful import run_state_machine_as_test
 
-from .disk import ERRORS
-from .folders import VERBS, Folder
+from tools.torture.disk import ERRORS
+from tools.torture.folders import VERBS, Folder
 
 
 def run_histories(number, count, steps):

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from .hostile.attempts import ATTEMPTS
-from .hostile.tally import LONGEST, MOST_MEGABYTES
-from .tools import quick_and_torture
+from tests.sampled import quick_and_torture
+from tools.torture.hostile.attempts import ATTEMPTS
+from tools.torture.hostile.tally import LONGEST, MOST_MEGABYTES
 
-HERE = Path(__file__).parent
-CORPUS = HERE / "corpus"
+ROOT = Path(__file__).parents[2]
+CORPUS = ROOT / "tools" / "torture" / "corpus"
 REACHED = re.compile(r"cov: (\d+)")
 HUNG = 3 * 3600  # seconds: no process of these takes as long on a busy machine
 
@@ -22,13 +22,13 @@ HUNG = 3 * 3600  # seconds: no process of these takes as long on a busy machine
 def fuzzed(folder, *words, warn="error", longest=LONGEST, most=MOST_MEGABYTES):
     """Run the fuzzer in a process of its own; return its tally and stderr."""
     ran = subprocess.run(
-        [sys.executable, "-W", warn, "-m", "hostile.fuzz", *map(str, words)],
+        [sys.executable, "-W", warn, "-m", "tools.torture.hostile.fuzz", *map(str, words)],
         check=False,
         capture_output=True,
         text=True,
         errors="replace",
         timeout=HUNG,
-        cwd=HERE,
+        cwd=ROOT,
     )
     assert ran.returncode == 0, (
         "the process itself ended or hung, on the file in its folder: "

@@ -7,8 +7,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from .hostile.tally import MOST_MEGABYTES
-from .tools import quick_and_torture
+from tests.sampled import quick_and_torture
+from tools.torture.hostile.tally import MOST_MEGABYTES
 
 MEASURED = """
 import pathlib, sys

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from .tools import study_in
+from tools.torture.runs import study_in
 
 ROOT = Path(__file__).parents[2]
 STUDY = """

@@ -2,7 +2,7 @@
 
 import ast
 
-from .mutants.change import mutant, mutants
+from tools.mutants.change import mutant, mutants
 
 SOURCE = '''
 Real = float | int

@@ -15,7 +15,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from .tools import (
+from tests.sampled import quick_and_torture
+from tools.torture.runs import (
     PARTS,
     QUIET,
     SMALL,
@@ -24,7 +25,6 @@ from .tools import (
     command,
     launched,
     left_of,
-    quick_and_torture,
     running,
     study_in,
     temporary_files,

@@ -11,7 +11,8 @@ import sys
 import pandas as pd
 import pytest
 
-from .tools import launched, quick_and_torture, study_in
+from tests.sampled import quick_and_torture
+from tools.torture.runs import launched, study_in
 
 STUDY = """
 name = "levels"

@@ -5,10 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from .hostile.tally import LONGEST_ANSWER, MOST_MEGABYTES_OF_AN_ANSWER
-from .hostile.valid import Maker
+from tests.sampled import quick_and_torture
+from tools.torture.hostile.tally import LONGEST_ANSWER, MOST_MEGABYTES_OF_AN_ANSWER
+from tools.torture.hostile.valid import Maker
+
 from .test_fuzz import fuzzed
-from .tools import quick_and_torture
 
 FIRST = 10_000
 CASES = 1_000

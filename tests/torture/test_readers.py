@@ -11,9 +11,9 @@ from tendon_cli.engine import run as run_module
 from tendon_cli.engine.run import compute_parts
 from tendon_cli.errors import InputError
 from tendon_cli.tables.read import open_table
-
-from .folders import HARMS, STUDY, flip, truncate
-from .tools import STATES, quick_and_torture, study_in
+from tests.sampled import quick_and_torture
+from tools.torture.folders import HARMS, STUDY, flip, truncate
+from tools.torture.runs import STATES, study_in
 
 PACKAGE = Path(tendon_cli.__file__).parent
 OPENS = re.compile(r"pq\.|read_parquet|ParquetFile|parquet\.read|pyarrow\.dataset|memory_map")

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from .tools import READINGS, SMALL, STATES, launched, quick_and_torture, study_in
+from tests.sampled import quick_and_torture
+from tools.torture.runs import READINGS, SMALL, STATES, launched, study_in
 
 SWEEP = ("sweep", "study.toml", "--out", "run", "--jobs", "2", "--json")
 NAMES = [

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from .disk import ERRORS, Disk
-from .tools import READINGS, quick_and_torture, study_in
+from tests.sampled import quick_and_torture
+from tools.torture.disk import ERRORS, Disk
+from tools.torture.runs import READINGS, study_in
 
 FIT = ("fit-friction", "cells.csv", "--bend-angle", "144 deg")
 WRITERS = {

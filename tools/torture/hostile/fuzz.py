@@ -1,13 +1,13 @@
 """Hostile files by the thousand, in a process of its own so that its memory can be measured.
 
-    python -W error -m hostile.fuzz KIND CASES FOLDER
+    python -W error -m tools.torture.hostile.fuzz KIND CASES FOLDER
         Files bred by chance from good files.
-    python -m hostile.fuzz KIND CASES FOLDER --guided [WORDS]
+    python -m tools.torture.hostile.fuzz KIND CASES FOLDER --guided [WORDS]
         Files bred by what they reach: those that come to new branches of tendon have offspring
         (atheris, libFuzzer).
-    python -W error -m hostile.fuzz valid FIRST:CASES FOLDER
+    python -W error -m tools.torture.hostile.fuzz valid FIRST:CASES FOLDER
         Valid studies by chance, from a seed on, each answered, swept and held to what is true.
-    python -W error -m hostile.fuzz replay CORPUS FOLDER
+    python -W error -m tools.torture.hostile.fuzz replay CORPUS FOLDER
         Files of a corpus, which once reached something new.
 
 KIND is `toml`, `yaml`, `csv` or `parquet`. Leaves `tally.json` in FOLDER: how many cases were

@@ -1,7 +1,7 @@
 """Random motions in time, drawn as numbers that a study can state, and the rig's course of each.
 
 `MOTIONS` has, for every kind, the seeds whose motions keep both tendons taut. The rig's last cycle
-of each is kept in `random_motions.npz`; `python -m tests.rigs.random_motions` makes it anew.
+of each is kept in `random_motions.npz`; `python -m verification.rigs.random_motions` makes it anew.
 
     for case in random_cases():
         study = case.study(folder)       # dictionary of strings with units; writes the CSVs

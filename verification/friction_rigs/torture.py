@@ -1,6 +1,6 @@
 """Fits of every case, counted.
 
-Run `python -m tests.friction.torture [--seeds 200] [--write docs/friction-background.md]`.
+Run `python -m verification.friction_rigs.torture [--seeds 200] [--write FILE]`.
 """
 
 from __future__ import annotations

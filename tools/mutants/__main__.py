@@ -33,8 +33,8 @@ from pathlib import Path
 
 from .change import Mutant, mutant, mutants
 
-ROOT = Path(__file__).parents[3]
-PROBE = "tests/torture/mutants/probe.py"
+ROOT = Path(__file__).parents[2]
+PROBE = "tools/mutants/probe.py"
 LEFT_OUT = ("version.py", "__main__.py")
 ROOMS = {
     "model": ("model", "kernel", "sweep"),

@@ -7,7 +7,7 @@ load is a weight or a spring. A load cell at each end reads with an error of zer
 lag, noise that is white and noise that lasts, drift and steps. Nothing here knows how readings are
 fitted, and nothing is shared with the other rigs of these tests.
 
-`python -m tests.friction.random_rigs` fits 100 logs and counts.
+`python -m verification.friction_rigs.random_rigs` fits 100 logs and counts.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ from tendon_cli.tables.footer import read_footer
 
 from .disk import ERRORS, Disk, Killed
 from .hostile.breed import stamped
-from .tools import QUESTION, temporary_files
+from .runs import QUESTION, temporary_files
 
 STUDY = """
 [tendon]

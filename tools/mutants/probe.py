@@ -54,7 +54,7 @@ for n in range(61):
     LIFT += f"{n / 20:.3f},{45 - 25 * np.cos(turn):.4f},{2 * np.sin(2 * turn):.4f}\n"
 
 LOG = "".join(
-    (Path(__file__).parents[3] / "configs/suit/suit_log.csv")
+    (Path(__file__).parents[2] / "configs/suit/suit_log.csv")
     .read_text(encoding="utf-8")
     .splitlines(keepends=True)[::6]
 )

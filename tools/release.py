@@ -1,6 +1,6 @@
 """Build a release and check that it holds all of the package and nothing else.
 
-Run it as `python -m tests.release dist`.
+Run it as `python -m tools.release dist`.
 """
 
 import os

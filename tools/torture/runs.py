@@ -10,8 +10,6 @@ import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-import pytest
-
 LAUNCHER = Path(__file__).with_name("launcher.py")
 STATES = 30
 PARTS = 60
@@ -46,12 +44,6 @@ READINGS = "cell 1,cell 2\n1.2,1\n2.4,2\n1,1.2\n2,2.4\n"
 SMALL = {"parts": STATES}
 QUIET = ("--out", "run", "--no-figures", "--jobs", "2")
 SWEEP = ("sweep", "study.toml", *QUIET)
-
-
-def quick_and_torture(quick, torture):
-    """Return the values of a test, of which the second are left to `make torture`."""
-    rows = [value if isinstance(value, tuple) else (value,) for value in torture]
-    return [*quick, *(pytest.param(*values, marks=pytest.mark.torture) for values in rows)]
 
 
 def command(settings, *words):

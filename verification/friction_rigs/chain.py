@@ -3,7 +3,8 @@
 It does to the tendon what labs do to it. The chain is massless and elastic. Link i turns by φ_i in
 its sheath, and ln T may differ across it by m_i = μ φ_i at most: what lies between is elastic
 history. The motor's end is moved; the load's end hangs from a weight, a spring, a band or a person.
-Nothing here knows how readings are fitted. `python -m tests.friction.chain` fits every kind of log.
+Nothing here knows how readings are fitted. `python -m verification.friction_rigs.chain` fits every
+kind of log.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The purpose of each part of the estimator: fits without it, of both rigs' logs.
 
-Run `python -m tests.friction.ablation`.
+Run `python -m verification.friction_rigs.ablation`.
 """
 
 from __future__ import annotations

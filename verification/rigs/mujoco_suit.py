@@ -7,8 +7,8 @@ takes of the tensions on its sides. The flexor's last tendon runs through space 
 end to the forearm, so that its length and lever are the engine's own.
 
 MuJoCo is no dependency of tendon: `verification/requirements.txt` names its version. The logs are
-kept in `mujoco_suit.npz`; `python -m tests.rigs.mujoco_suit`, by a Python that has MuJoCo, makes
-them anew.
+kept in `mujoco_suit.npz`; `python -m verification.rigs.mujoco_suit` makes them anew, by a Python
+that has MuJoCo.
 """
 
 from __future__ import annotations

@@ -1,0 +1,1 @@
+"""Tools of those who work on tendon: tests under torture and random faults."""

@@ -1,0 +1,1 @@
+"""Run folders, disks and files under torture, for `make test` and `make torture`."""

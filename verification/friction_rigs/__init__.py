@@ -1,0 +1,1 @@
+"""Simulated rigs of two load cells, to judge fits of friction: `make friction`."""
