@@ -16,9 +16,10 @@ help:  ## list the targets
 $(READY): pyproject.toml constraints.txt setup.py $(wildcard tendon_cli/kernel/*.[chp]*)
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "tendon needs Python 3.11 or later; set PYTHON=..."; exit 1; }
-	$(PYTHON) -m venv $(VENV)
+	@$(PYTHON) -m venv $(VENV)
 	@$(PIP) --upgrade pip
-	$(PIP) -e . --group dev
+	@echo "Setting up $(VENV), about a minute ..."
+	@PYTHONWARNINGS="ignore:Editable installation" $(PIP) -e . --group dev
 	@$(BIN)/python -m compileall -q tendon_cli  # as pip does with what it installs; many containers have Python not do it
 	@touch $@
 
@@ -34,6 +35,7 @@ demo: $(READY)  ## sweep the suit of the README and answer for it, then run a st
 	@echo "The documentation:      make docs, then docs/_build/index.html"
 
 test: $(READY)  ## run all tests
+	@echo "Running all tests, about four minutes on two cores ..."
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -q -n auto --dist worksteal -m "not torture"
 
 check: $(READY)  ## lint and check types
@@ -46,7 +48,8 @@ format: $(READY)  ## format the code
 	$(BIN)/ruff check --fix .
 
 $(DOCS): $(READY)
-	$(PIP) -e '.[docs]' --group dev
+	@echo "Installing what builds the pages ..."
+	@PYTHONWARNINGS="ignore:Editable installation" $(PIP) -e '.[docs]' --group dev
 	@touch $@
 
 docs: $(DOCS)  ## make the figures of the documentation and build it, to be read in docs/_build/index.html

@@ -14,12 +14,20 @@ import contextlib
 import io
 import os
 import re
+import shlex
 import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+import pytest
+
+from tendon_cli import cli
+
 FENCE = re.compile(r"^```(\w+)[^\n]*\n(.*?)^```[ \t]*$", re.DOTALL | re.MULTILINE)
+SETTINGS = {"COLUMNS": "80", "NO_COLOR": "1"}
+SHELL = re.compile(r"[|&;<>`$~*]")
+"""Signs of a command that only a shell understands."""
 FILE_NAME = re.compile(r"# file: (\S+)\n")
 
 
@@ -111,25 +119,53 @@ def run_python(block, session):
 
 def run_console(block, without=()):
     """Type the commands of a block; one goes on over lines that end in a backslash."""
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    environment = os.environ | {"PATH": path, "COLUMNS": "80", "NO_COLOR": "1"}
     faults = []
     for part in re.split(r"^\$ ", block.text, flags=re.MULTILINE)[1:]:
         command, expected = _split(part)
         if command in without:
             continue
-        ended = subprocess.run(  # noqa: S602 - our own pages
-            command,
-            shell=True,
-            check=False,
-            capture_output=True,
-            text=True,
-            timeout=300,
-            env=environment,
-        )
-        source = f"line {block.line}: `{command}` (exit {ended.returncode})"
-        faults += compared(expected, ended.stdout + ended.stderr, source)
+        is_plain = command.startswith("tendon ") and not SHELL.search(command)
+        code, printed = _called(command) if is_plain else _typed(command)
+        faults += compared(expected, printed, f"line {block.line}: `{command}` (exit {code})")
     return faults
+
+
+def _called(command):
+    """Run a command of tendon in this process. Return its exit code and all that it prints."""
+    words = shlex.split(command.replace("\\\n", " "))[1:]
+    out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8") for _ in range(2))
+    streams = sys.stdout, sys.stderr
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in SETTINGS.items():
+            patch.setenv(name, value)
+        try:
+            sys.stdout, sys.stderr = out, err
+            cli.main(words)
+            code = None
+        except SystemExit as end:
+            code = end.code
+        finally:
+            sys.stdout, sys.stderr = streams
+    printed = ""
+    for stream in (out, err):
+        stream.flush()
+        printed += stream.buffer.getvalue().decode()
+    return code, printed
+
+
+def _typed(command):
+    """Type a command into a shell. Return its exit code and all that it prints."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    ended = subprocess.run(  # noqa: S602 - our own pages
+        command,
+        shell=True,
+        check=False,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        env=os.environ | SETTINGS | {"PATH": path},
+    )
+    return ended.returncode, ended.stdout + ended.stderr
 
 
 def _split(part):

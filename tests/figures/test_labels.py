@@ -189,8 +189,8 @@ def test_no_line_of_a_caption_ends_within_an_equation() -> None:
 
 GRIDS: dict[str, tuple[Any, Any]] = {
     "few": (grid("0.5 kN/m", "4 kN/m", 5), grid("20 mm", "40 mm", 3)),
-    "low rows": (grid("0.5 kN/m", "4 kN/m", 5), grid("20 mm", "40 mm", 20)),
-    "narrow columns": (grid("0.5 kN/m", "4 kN/m", 20), grid("20 mm", "40 mm", 4)),
+    "low rows": (grid("0.5 kN/m", "4 kN/m", 3), grid("20 mm", "40 mm", 20)),
+    "narrow columns": (grid("0.5 kN/m", "4 kN/m", 20), grid("20 mm", "40 mm", 2)),
     "listed": (["1 kN/m", "2 kN/m", "4 kN/m"], ["20 mm", "24 mm", "30 mm", "31 mm", "40 mm"]),
 }
 """Springs and radii of the choices of an answer."""

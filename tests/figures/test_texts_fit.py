@@ -142,7 +142,7 @@ def many_cases(folder: Path) -> None:
     )
 
 
-@picture(CURVES)
+@picture(CURVES, is_quick=False)
 def long_names_of_rows(folder: Path) -> None:
     """Draw eight rows with long names along x, at the width of a column and a page."""
     rows = [
@@ -201,7 +201,7 @@ def a_motion_in_time(folder: Path) -> None:
     swept(study, folder, {"quantity": ["motor_torque", "flexor_tension_distal"]}, {"quantity": []})
 
 
-@picture(MAPS, CURVES)
+@picture(MAPS, CURVES, is_quick=False)
 def a_joint_with_a_long_name(folder: Path) -> None:
     """Draw the usual figures of a joint whose name is long, at the width of a column and a page."""
     study = {**GRID, "joint": {"name": "metacarpophalangeal joint"}}
@@ -248,7 +248,9 @@ WITH_INDEX = {
 """A study whose choices, conditions and draws are of quantities that have symbols with an index."""
 
 
-@picture(*OF_ANSWERS, f"{FIGURE}served.for_whom", f"{FIGURE}served.how_sure", BETWEEN)
+@picture(
+    *OF_ANSWERS, f"{FIGURE}served.for_whom", f"{FIGURE}served.how_sure", BETWEEN, is_quick=False
+)
 def symbols_with_an_index(folder: Path) -> None:
     """Draw an answer for persons, some of whom are not served, and what it rests on."""
     answered(WITH_INDEX, folder / "draws")
@@ -332,7 +334,7 @@ def pairs_of_parts(folder: Path) -> None:
     answered(study, folder)
 
 
-@picture(f"{FIGURE}row_figures._draw_by_name", TRADE_OFF)
+@picture(f"{FIGURE}row_figures._draw_by_name", TRADE_OFF, is_quick=False)
 def a_limit_of_each_part(folder: Path) -> None:
     """Draw the trade-off over twelve parts with long names, by name and over their limit."""
     rows = [

@@ -158,17 +158,21 @@ def test_fits_that_write_one_fragment_at_once_all_succeed(of_table, tmp_path: Pa
     assert list(tmp_path.iterdir()) == [path]
 
 
-@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
-def test_the_same_fit_gives_the_same_bytes_that_name_it(ending: str, fit, tmp_path: Path) -> None:
-    fit = replace(fit, source="Kräfte.csv")
-    first = tmp_path / f"a.{ending}"
-    second = tmp_path / f"b.{ending}"
-    draw(fit, first)
-    draw(fit, second)
-    content = first.read_bytes()
-    assert content == second.read_bytes()
-    assert f"tendon fit-friction Kr?fte.csv, SHA-256 {fit.sha256}".encode() in content
-    if ending == "svg":
-        drawing = content.decode()
-        assert f"μ = {fit.friction:.4f}" in drawing
-        assert all(word in drawing for text in fit.warnings for word in text.split())
+def test_the_same_fit_gives_the_same_bytes_that_name_it(of_table, tmp_path: Path) -> None:
+    fit = replace(of_table, source="Kräfte.csv")
+    for ending in ("png", "svg", "pdf"):
+        first = tmp_path / f"a.{ending}"
+        second = tmp_path / f"b.{ending}"
+        draw(fit, first)
+        draw(fit, second)
+        content = first.read_bytes()
+        assert content == second.read_bytes(), ending
+        named = f"tendon fit-friction Kr?fte.csv, SHA-256 {fit.sha256}"
+        assert named.encode() in content, ending
+
+
+def test_a_figure_has_the_value_and_the_warnings_of_its_fit(fit, tmp_path: Path) -> None:
+    draw(fit, tmp_path / "figure.svg")
+    drawing = (tmp_path / "figure.svg").read_text(encoding="utf-8")
+    assert f"μ = {fit.friction:.4f}" in drawing
+    assert all(word in drawing for text in fit.warnings for word in text.split())
