@@ -53,10 +53,13 @@ $(DOCS): $(READY)
 	@touch $@
 
 docs: $(DOCS)  ## make the figures of the documentation and build it, to be read in docs/_build/index.html
-	$(BIN)/python docs/figures.py
-	OMP_NUM_THREADS=1 $(BIN)/python -m sphinx -q -W --keep-going -j auto -b html docs docs/_build
+	@echo "Making the figures of the pages, about a minute ..."
+	@$(BIN)/python docs/figures.py
+	@echo "Running the notebooks and building the pages, about a minute ..."
+	@OMP_NUM_THREADS=1 $(BIN)/python -m sphinx -q -W --keep-going -j auto -b html docs docs/_build
 	@! grep -nE '(–|—)(arm|reversal|set|json|[a-z]+-[a-z]+)\b|[“”‘]' docs/_build/*.html docs/_build/notebooks/*.html || { echo "typographic signs in what is to be typed"; exit 1; }
 	@! grep -lE '(<script|<link|<img)[^>]*(src|href)="(https?:)?//' docs/_build/*.html docs/_build/notebooks/*.html || { echo "these pages need the network"; exit 1; }
+	@echo "The documentation: docs/_build/index.html"
 
 bench: $(READY)  ## measure ratios against the machine's limit, an expert's script and C; BENCH=--quick for a look
 	$(BIN)/python -m benchmarks.bench $(BENCH)

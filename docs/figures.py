@@ -9,16 +9,33 @@ The figure of the README is kept in the repository, made by `python docs/figures
 
 from __future__ import annotations
 
+import contextlib
+import io
+import multiprocessing
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
 import tempfile
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from tendon_cli import cli
+
 DOCS = Path(__file__).parent
+IMPORTED = [
+    "tendon_cli.cli",
+    "tendon_cli.answers.record",
+    "tendon_cli.figures.draw",
+    "tendon_cli.figures.answer_figures",
+    "tendon_cli.friction",
+    "matplotlib.backends.backend_agg",
+    "pandas",
+    "pyarrow.parquet",
+    "scipy.optimize",
+]
+"""Modules that nearly every command imports."""
 _MADE_BY = r"<!-- made by: ((?:(?!-->).)+) -> (\S+) -->\n+"
 RECIPE = re.compile(_MADE_BY + r"!\[[^\]]*\]\((\S+?)\)", re.DOTALL)
 PAGE = re.compile(_MADE_BY + r'<a href="(\S+?)">', re.DOTALL)
@@ -49,14 +66,21 @@ def make_figures(*pages: Path) -> list[Path]:
             reads_page = any(name in command for name, _ in files)
             run = command, files if reads_page else ()
             wanted.setdefault(run, []).append((result, page.parent / image))
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        list(pool.map(_make, wanted.keys(), wanted.values()))
-    return [image for images in wanted.values() for _, image in images]
+    # Each command has a process of its own, in which tendon is imported already.
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(IMPORTED)
+    with context.Pool(os.cpu_count(), maxtasksperchild=1) as pool:
+        made: list[Path] = []
+        for images in pool.imap_unordered(_make, wanted.items()):
+            sys.stdout.write("".join(f"{image}\n" for image in images))
+            sys.stdout.flush()
+            made += images
+    return made
 
 
-def _make(run: tuple[str, Files], images: Images) -> None:
-    """Run a command in a folder with some files, and copy what it leaves."""
-    command, files = run
+def _make(wanted: tuple[tuple[str, Files], Images]) -> list[Path]:
+    """Run a command in a folder with some files, copy what it leaves, and return the copies."""
+    (command, files), images = wanted
     with tempfile.TemporaryDirectory() as folder:
         for name, content in files:
             Path(folder, name).write_text(content, encoding="utf-8")
@@ -65,10 +89,16 @@ def _make(run: tuple[str, Files], images: Images) -> None:
         for result, image in images:
             image.parent.mkdir(exist_ok=True)
             shutil.copy(Path(folder, result), image)
+    return [image for _, image in images]
 
 
 def _run(command: str, folder: str) -> None:
     """Run a command with the tendon of this environment; print what it says only if it fails."""
+    parts = command.split(" && ")
+    if all(part.startswith("tendon ") for part in parts):
+        for part in parts:
+            _call(part, folder)
+        return
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(  # noqa: S602 - our own pages
         command,
@@ -84,6 +114,24 @@ def _run(command: str, folder: str) -> None:
         done.check_returncode()
 
 
+def _call(command: str, folder: str) -> None:
+    """Run a command of tendon in this process; print what it says only if it fails."""
+    said = io.TextIOWrapper(io.BytesIO(), encoding="utf-8")
+    code: str | int | None = None
+    with (
+        contextlib.chdir(folder),
+        contextlib.redirect_stdout(said),
+        contextlib.redirect_stderr(said),
+    ):
+        try:
+            cli.main(shlex.split(command)[1:])
+        except SystemExit as end:
+            code = end.code
+    if code:
+        said.flush()
+        sys.stderr.write(said.buffer.getvalue().decode())
+        raise subprocess.CalledProcessError(int(code), command)
+
+
 if __name__ == "__main__":
-    pages = [Path(name) for name in sys.argv[1:]] or sorted(DOCS.glob("*.md"))
-    sys.stdout.write("".join(f"{figure}\n" for figure in make_figures(*pages)))
+    make_figures(*([Path(name) for name in sys.argv[1:]] or sorted(DOCS.glob("*.md"))))

@@ -3,7 +3,6 @@
 import re
 import shutil
 import subprocess
-from importlib.util import module_from_spec, spec_from_file_location
 from math import sin
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import pytest
 import typer
 
 import tendon_cli
+from docs import figures, messages, reference
 from tendon_cli import cli
 from tendon_cli.errors import InterruptError, TendonError
 from tendon_cli.studies.load import load_study, study_from
@@ -23,18 +23,8 @@ README = (ROOT / "README.md").read_text()
 PAGES = {page.name: page.read_text() for page in (ROOT / "docs").glob("*.md")}
 
 
-def script(name):
-    """Import a script of the documentation, which is no package."""
-    source = spec_from_file_location(name, ROOT / "docs" / f"{name}.py")
-    module = module_from_spec(source)
-    source.loader.exec_module(module)
-    return module
-
-
-FIGURES = script("figures")
-REFERENCE = script("reference")
 MADE = {
-    page: [image for _, _, image in FIGURES.RECIPE.findall(text)]
+    page: [image for _, _, image in figures.RECIPE.findall(text)]
     for page, text in {**PAGES, "README.md": README}.items()
 }
 """Images that each page makes."""
@@ -135,13 +125,13 @@ def test_every_link_leads_somewhere(page):
 @pytest.mark.parametrize("page", PAGES)
 def test_the_tables_of_reference_are_those_of_the_code(page):
     """`python docs/reference.py` writes them anew."""
-    assert REFERENCE.renewed(PAGES[page]) == PAGES[page]
+    assert reference.renewed(PAGES[page]) == PAGES[page]
 
 
 def test_every_table_of_reference_has_its_place():
-    placed = [match[2] for page in PAGES.values() for match in REFERENCE.MARKED.finditer(page)]
+    placed = [match[2] for page in PAGES.values() for match in reference.MARKED.finditer(page)]
     options = {f"options {name}" for name in COMMANDS if name != "schema"}  # which has none
-    assert sorted(placed) == sorted(({*REFERENCE.TABLES} - {"options"}) | options)
+    assert sorted(placed) == sorted(({*reference.TABLES} - {"options"}) | options)
     assert [name for name in COMMANDS if f"\n## `tendon {name}" not in PAGES["commands.md"]] == []
 
 
@@ -158,7 +148,7 @@ def test_every_image_is_made_by_what_stands_above_it(page):
 
 def test_every_page_of_html_that_a_page_links_to_is_made():
     for text in PAGES.values():
-        made = [link for _, _, link in FIGURES.PAGE.findall(text)]
+        made = [link for _, _, link in figures.PAGE.findall(text)]
         assert made == re.findall(r'<a href="(\S+?)">', text)
 
 
@@ -174,14 +164,14 @@ def test_a_figure_is_made_the_same_each_time(tmp_path):
     page = tmp_path / "page.md"
     comment = "<!-- made by: tendon plot --arm study.toml --out a.png -> a.png -->"
     page.write_text(f"{study}{comment}\n![An arm](made/arm.png)\n")
-    (made,) = FIGURES.make_figures(page)
+    (made,) = figures.make_figures(page)
     first = made.read_bytes()
     assert first.startswith(b"\x89PNG")
-    FIGURES.make_figures(page)
+    figures.make_figures(page)
     assert made.read_bytes() == first
     page.write_text(page.read_text().replace("--arm study", "--arm other"))
     with pytest.raises(subprocess.CalledProcessError):
-        FIGURES.make_figures(page)
+        figures.make_figures(page)
 
 
 def test_the_page_about_python_names_every_function():
@@ -199,7 +189,7 @@ def test_what_is_to_be_typed_keeps_its_signs():
 
 def test_the_page_of_questions_has_every_message():
     """Messages of a few known cases are in the list that the page is built with."""
-    found = script("messages").messages()
+    found = messages.messages()
     assert len(found) > 250
     patterns = [re.escape(message).replace(re.escape("..."), ".+") for message, _, _ in found]
     for known in (
@@ -222,7 +212,7 @@ def test_the_page_of_questions_has_every_message():
 
 
 def test_the_page_of_questions_says_kind_and_exit_of_every_error():
-    kinds = script("messages").KINDS
+    kinds = messages.KINDS
     for error in TendonError.__subclasses__():
         code = "128 + signal" if error is InterruptError else error.exit
         assert kinds[error.__name__] == f"{error.kind}, exit {code}"
@@ -230,6 +220,6 @@ def test_the_page_of_questions_says_kind_and_exit_of_every_error():
 
 def test_a_message_is_listed_with_its_own_hint():
     """Two messages of one function have hints of their own."""
-    hints = {message: hint for message, hint, _ in script("messages").messages()}
+    hints = {message: hint for message, hint, _ in messages.messages()}
     assert hints["another run is writing here"].startswith("wait for it")
     assert hints["the file system cannot lock: ..."].startswith("--no-lock")
