@@ -99,7 +99,7 @@ def test_so_it_is_where_only_promising_choices_have_their_worst(same, cluster, m
 def test_the_choices_of_a_worker_that_is_killed_are_solved_by_another(same, start_cluster):
     cluster = start_cluster(2, kill_choices_once=1)
     same(PERSONS, cluster, "--jobs", "2")
-    assert sorted(worker.poll() is None for worker in cluster.workers) == [False, True]
+    assert sorted(worker.is_alive() for worker in cluster.workers) == [False, True]
 
 
 def test_an_answer_that_loses_its_scheduler_is_finished_without(
