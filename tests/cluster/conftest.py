@@ -19,7 +19,7 @@ import pytest
 from tests.cluster import processes
 
 STATES_PER_PART = 200
-WINDOWS_PER_PART = 2**13
+WINDOWS_PER_PART = 2**8
 STUDY = """
 [tendon]
 pretension = { from = "60 N", to = "240 N", num = 13 }
