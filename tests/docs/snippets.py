@@ -14,12 +14,18 @@ import contextlib
 import io
 import os
 import re
+import shlex
 import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from unittest import mock
+
+from tendon_cli import cli
 
 FENCE = re.compile(r"^```(\w+)[^\n]*\n(.*?)^```[ \t]*$", re.DOTALL | re.MULTILINE)
+SHELL_SIGNS = re.compile(r"[|&;<>$*~`#]")
+QUOTED = re.compile(r"'[^']*'|\"[^\"]*\"")
 FILE_NAME = re.compile(r"# file: (\S+)\n")
 
 
@@ -111,13 +117,27 @@ def run_python(block, session):
 
 def run_console(block, without=()):
     """Type the commands of a block; one goes on over lines that end in a backslash."""
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    environment = os.environ | {"PATH": path, "COLUMNS": "80", "NO_COLOR": "1"}
     faults = []
     for part in re.split(r"^\$ ", block.text, flags=re.MULTILINE)[1:]:
         command, expected = _split(part)
         if command in without:
             continue
+        code, printed = typed(command)
+        source = f"line {block.line}: `{command}` (exit {code})"
+        faults += compared(expected, printed, source)
+    return faults
+
+
+def typed(command):
+    """Run a command in a shell, or in this process if it is one of tendon alone.
+
+    Return its exit code and all that it prints.
+    """
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    environment = {"PATH": path, "COLUMNS": "80", "NO_COLOR": "1"}
+    line = command.replace("\\\n", " ")
+    is_for_shell = SHELL_SIGNS.search(QUOTED.sub("", line)) is not None
+    if is_for_shell or not line.startswith("tendon "):
         ended = subprocess.run(  # noqa: S602 - our own pages
             command,
             shell=True,
@@ -125,11 +145,20 @@ def run_console(block, without=()):
             capture_output=True,
             text=True,
             timeout=300,
-            env=environment,
+            env=os.environ | environment,
         )
-        source = f"line {block.line}: `{command}` (exit {ended.returncode})"
-        faults += compared(expected, ended.stdout + ended.stderr, source)
-    return faults
+        return ended.returncode, ended.stdout + ended.stderr
+    out = io.StringIO()
+    err = io.StringIO()
+    with (
+        mock.patch.dict(os.environ, environment),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+    ):
+        try:
+            cli.main(shlex.split(line)[1:])
+        except SystemExit as end:
+            return end.code, out.getvalue() + err.getvalue()
 
 
 def _split(part):

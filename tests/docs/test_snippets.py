@@ -11,6 +11,8 @@ from tests.docs.snippets import matches, run_page
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 SUIT = ROOT / "docs" / "from-model-to-suit.md"
+JUDGED_BY_ALL = True
+ALL_POINTS = True
 LONG = ("tendon design robust.toml --no-figures",)
 """Commands that take half a minute; `make torture` types them, too."""
 
