@@ -201,6 +201,19 @@ def small_parts(monkeypatch):
 
 
 @pytest.fixture
+def blank_figures(monkeypatch):
+    """Write every figure as a blank page, for tests of files and not of what is drawn."""
+    from matplotlib.figure import Figure
+
+    from tendon_cli.figures import frame, style
+
+    def render_blank(_figure, kind, about=None):
+        return style.render(Figure(figsize=(1, 1)), kind, about)
+
+    monkeypatch.setattr(frame, "render", render_blank)
+
+
+@pytest.fixture
 def muttered(monkeypatch):
     """Yield a list of exceptions that nobody can catch, such as those of finalizers."""
     messages = []

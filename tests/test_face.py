@@ -176,7 +176,7 @@ def test_every_function_refuses_an_unknown_option_in_the_same_words(name):
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
     """Return a result of each kind that has a picture."""
-    study = tendon.study({"load": {"mass": ["0 kg", "5 kg"]}})
+    study = tendon.study({"load": {"mass": ["0 kg", "3 kg"]}, "spool": {"ratio": 0.6}})
     answer = tendon.design(study)
     return {
         "study": study,

@@ -22,6 +22,7 @@ name = "most"
 quantity = "max_tension"
 x = "load_mass"
 """
+pytestmark = pytest.mark.usefixtures("blank_figures")
 RECORDS = ("run.json", "design.json")
 MOST_LOOKS_OF_A_RUN = 2
 """Looks of a command that computes: before it locks the folder, and behind the lock."""

@@ -13,89 +13,109 @@ from tendon_cli import registry
 from tendon_cli.engine.results import Result
 from tendon_cli.engine.task import Task
 from tendon_cli.registry import TaskKind, kinds, load, table_kinds
+from tests.conftest import Ran
 from tests.weigh import G
 
 ROOT = Path(__file__).parents[1]
-WEIGHING = (
-    "from tendon_cli import registry\n"
-    "registry.KINDS = (*registry.KINDS, 'tests.weigh.WEIGH')\n"
-    "from tendon_cli.cli import main\n"
-    "main()"
-)
+WEIGHING = """
+import contextlib, io, json, shlex, sys
+from tendon_cli import registry
+registry.KINDS = (*registry.KINDS, "tests.weigh.WEIGH")
+from tendon_cli.cli import main
+
+ended = []
+for line in sys.argv[1:]:
+    out = io.StringIO()
+    err = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            main(shlex.split(line))
+    except SystemExit as end:
+        ended.append([end.code, out.getvalue(), err.getvalue()])
+print(json.dumps(ended))
+"""
+"""A tendon that can weigh runs command lines, and says how each has ended."""
 STUDY = 'name = "sack"\nload.mass = ["1 kg", "2 kg", "4 kg"]\n'
 
 
 @pytest.fixture
 def weighing(outside, workplace):
-    """Return a function that runs a command of a tendon that can weigh."""
+    """Return a function that runs command lines of a tendon that can weigh."""
     (workplace / "study.toml").write_text(STUDY)
 
-    def call(*words, **variables):
+    def call(*lines, **variables):
         env = {**os.environ, "PYTHONPATH": str(ROOT), **variables}
-        return outside("-c", WEIGHING, *words, python=True, env=env)
+        return [Ran(*one) for one in outside("-c", WEIGHING, *lines, python=True, env=env).json]
 
     return call
 
 
-@pytest.fixture
-def weighed(weighing):
-    """Return the same function after a run into the folder `run`."""
-    assert weighing("weigh", "study.toml", "--out", "run").exit == 0
-    return weighing
-
-
 def test_a_third_verb_has_a_command_with_the_options_of_all(weighing):
-    assert "Weigh every load of a study." in weighing("--help").out
-    options = weighing("weigh", "--help").out
-    assert all(option in options for option in ("--resume", "--dry-run", "--set", "--scheduler"))
-    assert "--prove" not in options
-    assert weighing("weigh", "study.toml", "--dry-run", "--json").json["rows"] == {"weights": 3}
+    lines = ("--help", "weigh --help", "weigh study.toml --dry-run --json")
+    listed, options, dry = weighing(*lines)
+    assert "Weigh every load of a study." in listed.out
+    for option in ("--resume", "--dry-run", "--set", "--scheduler"):
+        assert option in options.out
+    assert "--prove" not in options.out
+    assert dry.json["rows"] == {"weights": 3}
 
 
 def test_a_third_verb_runs_into_a_folder_and_is_up_to_date_there(weighing, workplace):
-    done = weighing("weigh", "study.toml")
+    done, again = weighing("weigh study.toml", "weigh study.toml")
     folder = workplace / "results/sack-weights"
     assert done.out.startswith("3 loads, the heaviest weighs 39.2 N\n")
     assert "weights.parquet, weigh.json, weights.png" in done.out
     assert json.loads((folder / "weigh.json").read_text())["verb"] == "weigh"
     assert (folder / "weights.png").exists()
-    assert "up to date" in weighing("weigh", "study.toml").out
+    assert "up to date" in again.out
 
 
 def test_a_third_verb_is_resumed_and_no_other_takes_its_folder(weighing):
-    words = ("weigh", "study.toml", "--out", "run", "--no-figures")
-    broken = weighing(*words, BROKEN_SCALES="1")
+    weigh = "weigh study.toml --out run --no-figures"
+    (broken,) = weighing(weigh, BROKEN_SCALES="1")
     assert (broken.exit, "the scales are broken" in broken.err) == (6, True)
-    unfinished = weighing("show", "run", "--table", "weights")
-    assert unfinished.exit == 3
-    assert weighing(*words).exit == 7
-    assert weighing(*words, "--resume", "--json").json["resumed_parts"] == 2
-    sweep = weighing("sweep", "study.toml", "--out", "run")
-    assert "`tendon weigh` wrote it, not `tendon sweep`" in sweep.err
+    sweep = "sweep study.toml --out run"
+    shown, again, resumed, swept = weighing(
+        "show run --table weights", weigh, f"{weigh} --resume --json", sweep
+    )
+    assert (shown.exit, again.exit) == (3, 7)
+    assert resumed.json["resumed_parts"] == 2
+    assert "`tendon weigh` wrote it, not `tendon sweep`" in swept.err
 
 
-def test_tables_of_a_third_verb_are_shown_exported_checked_and_reported(weighed, workplace):
-    rows = weighed("show", "run", "--json").json["data"]
-    assert [row["load_weight"] for row in rows] == [G, 2 * G, 4 * G]
-    assert weighed("show", "run", "--where", "load_weight > 20 N", "--json").json["rows"] == 1
-    assert weighed("export", "run", "weights.csv").exit == 0
-    assert weighed("check", "run").out == "sack: every file is as it was written\n"
-    assert weighed("report", "run").exit == 0
+def test_tables_of_a_third_verb_are_shown_exported_checked_and_reported(weighing, workplace):
+    _, shown, heavy, exported, checked, reported = weighing(
+        "weigh study.toml --out run",
+        "show run --json",
+        "show run --where 'load_weight > 20 N' --json",
+        "export run weights.csv",
+        "check run",
+        "report run",
+    )
+    assert [row["load_weight"] for row in shown.json["data"]] == [G, 2 * G, 4 * G]
+    assert heavy.json["rows"] == 1
+    assert exported.exit == 0
+    assert checked.out == "sack: every file is as it was written\n"
+    assert reported.exit == 0
     assert "the heaviest weighs" in (workplace / "run/report.html").read_text()
     part = workplace / "run/weights.parquet/part-00001.parquet"
     part.write_bytes(part.read_bytes()[:-9])
-    assert weighed("check", "run").exit == 3
+    (harmed,) = weighing("check run")
+    assert harmed.exit == 3
 
 
-def test_words_of_a_third_verb_are_completed(weighed):
-    assert "igh" in weighed("completion", "bash", "--line", "tendon we").out.split()
-    line = "tendon show run --table "
-    assert weighed("completion", "bash", "--line", line).out.split() == ["weights"]
-    line = "tendon show run --columns load_w"
-    assert weighed("completion", "bash", "--line", line).out.split() == ["eight"]
-
-
-def test_a_result_of_a_third_verb_is_opened_and_drawn(weighed, workplace, monkeypatch):
+def test_words_and_results_of_a_third_verb_are_completed_opened_and_drawn(
+    weighing, workplace, monkeypatch
+):
+    _, verb, table, column = weighing(
+        "weigh study.toml --out run",
+        "completion bash --line 'tendon we'",
+        "completion bash --line 'tendon show run --table '",
+        "completion bash --line 'tendon show run --columns load_w'",
+    )
+    assert "igh" in verb.out.split()
+    assert table.out.split() == ["weights"]
+    assert column.out.split() == ["eight"]
     monkeypatch.setattr(registry, "KINDS", (*registry.KINDS, "tests.weigh.WEIGH"))
     result = tendon_cli.open("run")
     assert result.text == "3 loads, the heaviest weighs 39.2 N"

@@ -63,19 +63,19 @@ BADNESS = {
 """Functions of the table of states that are largest in the state that breaks a limit most."""
 
 
-@pytest.mark.parametrize("limit", BADNESS)
-def test_the_state_that_is_named_is_the_worst_of_its_design(limited, limit):
+def test_the_state_that_is_named_is_the_worst_of_its_design(limited):
     states = tendon.open_run(limited).states
-    record = check(limited, worst=1000).record
-    breaches = [breach for breach in record["breaches"] if breach["limit"] == limit]
-    assert breaches
+    breaches = check(limited, worst=1000).record["breaches"]
+    assert {breach["limit"] for breach in breaches} >= {*BADNESS}
     for breach in breaches:
+        if breach["limit"] not in BADNESS:
+            continue
         of_design = states[states["design"] == breach["design"]]
-        badness = BADNESS[limit](of_design)
+        badness = BADNESS[breach["limit"]](of_design)
         has_direction = of_design["direction"] == breach["direction"]
         has_angle = np.isclose(of_design["elbow_angle"], breach["elbow_angle"])
         is_named = has_direction & has_angle
-        assert badness[is_named].item() == pytest.approx(badness.max(), rel=1e-12)
+        assert badness[is_named].item() == pytest.approx(badness.max(), rel=1e-12), breach["limit"]
 
 
 def test_a_design_without_equilibrium_is_worst_of_all(tmp_path):
@@ -84,16 +84,6 @@ def test_a_design_without_equilibrium_is_worst_of_all(tmp_path):
     worst = record["breaches"][0]
     assert worst["limit"] == "no equilibrium"
     assert np.rad2deg(worst["elbow_angle"]) == pytest.approx(160.0)
-
-
-def test_an_answer_holds_where_a_choice_has_a_window(tmp_path):
-    study = {"spring": {"stiffness": "5 kN/m"}, "load": {"mass": ["0 kg", "3 kg", "5 kg", "10 kg"]}}
-    tendon.design(tendon.study(study | {"spool": {"ratio": 0.6}}), tmp_path / "good")
-    assert check(tmp_path / "good").holds
-    tendon.design(tendon.study(study | {"spool": {"ratio": 1.0}}), tmp_path / "bad")
-    result = check(tmp_path / "bad")
-    assert not result.holds
-    assert "extensor slack conflicts with min_elbow_stiffness" in result.text
 
 
 def test_a_run_without_designs_is_refused(tmp_path):

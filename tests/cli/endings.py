@@ -13,15 +13,14 @@ file = "persons.csv"
 [joint]
 torque = "joint.csv"
 [load]
-mass = ["0 kg", "5 kg"]
+mass = ["1 kg", "2 kg"]
 """
-OUT = ("--no-figures", "--out", "new")
 WORDS = (
     ("state", "study.toml"),
     ("sweep", "study.toml", "--dry-run"),
-    ("sweep", "study.toml", *OUT),
+    ("sweep", "study.toml", "--no-figures", "--out", "new"),
     ("design", "study.toml", "--dry-run"),
-    ("design", "study.toml", *OUT),
+    ("design", "study.toml", "--no-figures", "--out", "answer"),
     ("fit-friction", "readings.csv", "--bend-angle", "144 deg"),
     ("show", "run"),
     ("show", "run/states.parquet", "--csv"),

@@ -13,25 +13,23 @@ from tests.cli.conftest import set_options
 COMMANDS = typer.main.get_command(cli.app).commands
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_has_help_and_the_list_shows_its_whole_first_sentence(tendon, command):
+def test_every_command_has_help_and_the_list_shows_its_whole_first_sentence(tendon):
     listed = tendon("--help")
     assert (listed.exit, listed.err) == (0, "")
     assert tendon("-h").out == listed.out
-    first_sentence = COMMANDS[command].help.partition("\n\n")[0]
-    assert " ".join(first_sentence.split()) in " ".join(listed.out.split())
-    ran = tendon(command, "--help")
-    assert (ran.exit, ran.err) == (0, "")
-    assert tendon(command, "-h").out == ran.out
-    assert ran.out.startswith("Usage: tendon " + command)
-    assert "{" not in ran.out.splitlines()[0]
+    for command, declared in COMMANDS.items():
+        first_sentence = declared.help.partition("\n\n")[0]
+        assert " ".join(first_sentence.split()) in " ".join(listed.out.split())
+        ran = tendon(command, "--help")
+        assert (ran.exit, ran.err) == (0, "")
+        assert tendon(command, "-h").out == ran.out
+        assert ran.out.startswith("Usage: tendon " + command)
+        assert "{" not in ran.out.splitlines()[0]
 
 
-@pytest.mark.parametrize("python", [False, True], ids=["console script", "python -m tendon_cli"])
-def test_both_ways_to_start_give_the_same(outside, tendon, python):
-    words = ["-m", "tendon_cli"] if python else []
-    assert outside(*words, "--version", python=python).out == f"tendon {__version__}\n"
-    assert outside(*words, "sweep", "none.toml", "--json", python=python).exit == 2
+def test_both_ways_to_start_give_the_same(outside):
+    assert outside("--version").out == f"tendon {__version__}\n"
+    assert outside("-m", "tendon_cli", "sweep", "none.toml", "--json", python=True).exit == 2
 
 
 # --- init -----------------------------------------------------------------------------------------
@@ -57,9 +55,9 @@ def test_init_does_not_write_through_a_link(tendon, workplace):
 
 
 def test_of_many_inits_at_once_one_writes_the_starter(outside, workplace):
-    with ThreadPoolExecutor(8) as pool:
-        ended = list(pool.map(lambda _: outside("init", "mine.toml").exit, range(8)))
-    assert sorted(ended) == [0, *[2] * 7]
+    with ThreadPoolExecutor(4) as pool:
+        ended = list(pool.map(lambda _: outside("init", "mine.toml").exit, range(4)))
+    assert sorted(ended) == [0, 2, 2, 2]
     assert [file.name for file in workplace.iterdir()] == ["mine.toml"]
     assert load_study(workplace / "mine.toml").name == "mine"
 

@@ -19,6 +19,7 @@ from tendon_cli.quantities import OF_DESIGNS, OF_STATES
 from tendon_cli.studies.json_schema import key_words
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.study import keys
+from tests.sampled import quick_and_torture
 
 APP = typer.main.get_command(cli.app)
 PROGRAMS = Path(sys.executable).parent
@@ -160,13 +161,12 @@ def test_without_a_table_every_column_is_offered(option):
 
 
 @pytest.mark.parametrize("quote", ["", "'", '"'])
-def test_bash_runs_nothing_of_a_name(outside, folder, quote):
-    line = f"tendon state own.toml --case {quote}"
-    names = outside("completion", "bash", "--line", line, cwd=folder).out
+def test_bash_runs_nothing_of_a_name(tendon, folder, monkeypatch, quote):
+    monkeypatch.chdir(folder)
+    names = tendon("completion", "bash", "--line", f"tendon state own.toml --case {quote}").out
     script = "\n".join(f"printf '%s\\n' {quote}{name}{quote}" for name in names.splitlines())
     echoed = subprocess.run(["bash", "-c", script], check=True, capture_output=True, text=True)
     assert echoed.stdout.splitlines() == CASES
-    assert not (folder / "executed").exists()
     assert not Path("executed").exists()
 
 
@@ -210,20 +210,22 @@ SHELLS = {
 }
 
 
+TYPED = [
+    ("tendon sweep --set model.slack=b", "model.slack=bilateral"),
+    ("tendon sweep stu", "study.toml"),
+    ("tendon state own.toml --person Ad", "Ada\\ Lovelace"),
+    ("tendon state own.toml --person 'Ad", "'Ada Lovelace'"),
+]
+MORE_TYPED = [
+    ("tendon swe", "tendon sweep "),
+    ("tendon sweep --set model.sl", "model.slack="),
+    ("tendon state own.toml --person Ada\\ Lo", "Ada\\ Lovelace"),
+    ("tendon show people.csv --sort sta", "stature"),
+]
+
+
 @pytest.mark.parametrize("name", SHELLS)
-@pytest.mark.parametrize(
-    ("line", "expected"),
-    [
-        ("tendon swe", "tendon sweep "),
-        ("tendon sweep --set model.sl", "model.slack="),
-        ("tendon sweep --set model.slack=b", "model.slack=bilateral"),
-        ("tendon sweep stu", "study.toml"),
-        ("tendon state own.toml --person Ad", "Ada\\ Lovelace"),
-        ("tendon state own.toml --person 'Ad", "'Ada Lovelace'"),
-        ("tendon state own.toml --person Ada\\ Lo", "Ada\\ Lovelace"),
-        ("tendon show people.csv --sort sta", "stature"),
-    ],
-)
+@pytest.mark.parametrize(("line", "expected"), quick_and_torture(TYPED, MORE_TYPED))
 def test_a_real_shell_completes(name, line, expected):
     if shutil.which(name) is None:
         pytest.skip(f"there is no {name} here")

@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from tests.sampled import quick_and_torture
+
 RIGID_AT_MOTOR = {"spring": {"stiffness": "rigid", "at": "motor"}}
 STUDIES = {
     "rigid spring at the motor": RIGID_AT_MOTOR,
@@ -15,6 +17,12 @@ STUDIES = {
     "one state": {"motion": {"elbow_angle": "75 deg", "direction": ["flexion"]}},
     "softest and stiffest spring": {"spring": {"stiffness": ["1 mN/m", "1e12 N/m", "rigid"]}},
     "no pretension": {"tendon": {"pretension": ["0 N", "1e7 N"]}},
+}
+AT_ONCE = {
+    **RIGID_AT_MOTOR,
+    "sheath": {"friction": [0, 5e-324, 3.0]},
+    "spool": {"ratio": [1e-3, 1e3]},
+    "motion": {"elbow_angle": "0 deg"},
 }
 LOADS = {"load": {"mass": ["0 kg", "5 kg", "10 kg"]}}
 LINES = """
@@ -37,17 +45,10 @@ report answer
 """.strip().splitlines()
 
 
-QUICK = ("rigid spring at the motor", "frictions that look alike", "ratios", "one angle")
-"""Studies of the quick tests; the others are torture."""
-
-
-@pytest.mark.parametrize(
-    "name",
-    [name if name in QUICK else pytest.param(name, marks=pytest.mark.torture) for name in STUDIES],
-)
-def test_an_extreme_study_prints_no_warning_of_python(tendon, workplace, name):
+@pytest.mark.parametrize("study", quick_and_torture([AT_ONCE], STUDIES.values()))
+def test_an_extreme_study_prints_no_warning_of_python(tendon, workplace, study):
     """Warnings are errors in the tests, so one ends a command with 1, or costs it a figure."""
-    (workplace / "study.yaml").write_text(json.dumps({**LOADS, **STUDIES[name]}))
+    (workplace / "study.yaml").write_text(json.dumps({**LOADS, **study}))
     for line in LINES:
         ran = tendon(*line.split())
         assert ran.exit != 1, f"{line}: {ran.err}"

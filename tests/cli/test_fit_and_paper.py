@@ -19,22 +19,20 @@ def readings(configs):
     return configs / "friction/table_a1.csv"
 
 
-def test_a_study_takes_the_fitted_coefficient_and_runs(tendon, readings, workplace, write_study):
+def test_a_study_takes_the_fitted_coefficient_and_runs(tendon, readings, write_study):
     fit = ("fit-friction", readings, "--bend-angle", "144 deg")
-    fitted = tendon(*fit, "--out", "friction.toml", "--plot", "fit.png", "--json")
+    fitted = tendon(*fit, "--out", "friction.toml", "--json")
     write_study('[sheath]\nfriction_from = "friction.toml"\n')
     assert tendon("sweep", "study.toml", "--out", "run", "--no-figures").exit == 0
     assert pd.read_parquet("run/designs.parquet").friction.tolist() == [fitted.json["friction"]]
-    assert (workplace / "fit.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_fit_writes_over_its_own_files_and_nobody_elses(tendon, readings, workplace):
+def test_a_fit_writes_over_nobody_elses_files_and_none_of_another_kind(
+    tendon, readings, workplace, blank_figures
+):
     (workplace / "readings.csv").write_bytes(readings.read_bytes())
     fit = ("fit-friction", "readings.csv", "--bend-angle", "144 deg")
-    for _ in range(2):  # the second time it recognises its own files, in every format
-        for ending in ("png", "svg", "pdf"):
-            figure = f"fit.{ending}"
-            assert tendon(*fit, "--out", "friction.toml", "--plot", figure).exit == 0
+    assert tendon(*fit, "--out", "friction.toml", "--plot", "fit.png").exit == 0
     (workplace / "mine.png").write_bytes(b"a picture")
     (workplace / "mine.toml").write_text("[friction]\ncoefficient = 0.1\n")
     (workplace / "link.toml").symlink_to("mine.toml")
@@ -56,7 +54,9 @@ def test_a_fit_writes_over_its_own_files_and_nobody_elses(tendon, readings, work
     assert not (workplace / "same.svg").exists()
 
 
-def test_a_fit_says_which_files_it_wrote_and_what_it_replaced(tendon, readings, workplace):
+def test_a_fit_says_which_files_it_wrote_and_what_it_replaced(
+    tendon, readings, workplace, blank_figures
+):
     (workplace / "one.csv").write_bytes(readings.read_bytes())
     (workplace / "two.csv").write_bytes(readings.read_bytes())
     outputs = ("--out", "mu.toml", "--plot", "mu.svg", "--strokes", "strokes.csv")
@@ -76,7 +76,7 @@ def test_a_fit_says_which_files_it_wrote_and_what_it_replaced(tendon, readings, 
 
 
 def test_the_paper_is_reproduced_into_a_folder_and_a_finding_that_fails_is_exit_4(
-    tendon, workplace, monkeypatch
+    tendon, workplace, monkeypatch, blank_figures
 ):
     reproduce = reproduction.reproduce
     results = []

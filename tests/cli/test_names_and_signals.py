@@ -1,5 +1,6 @@
 """Commands answer alike to names that no file can have, other writers, and signals."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import pytest
 import tendon_cli as tendon_library
 from tendon_cli.errors import TendonError
 from tendon_cli.files import path_of, result_path, whole_file, write_whole
+from tests.sampled import check_all, quick_and_torture
 
 STUDY = '[load]\nmass = ["0 kg", "5 kg"]\n[motion]\nspeed = "60 deg/s"\n'
 PLACES = [
@@ -44,7 +46,6 @@ def study(write_study):
 # --- Names ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("words", PLACES, ids=" ".join)
 @pytest.mark.parametrize(
     ("name", "problem"),
     [
@@ -55,26 +56,28 @@ def study(write_study):
     ],
 )
 def test_a_name_that_no_file_can_have_is_refused_alike_in_every_command(
-    tendon, study, words, name, problem
+    tendon, study, name, problem
 ):
     before = sorted(study.parent.rglob("*"))
-    line = [*words, name]
-    if words == ("export",):
-        line.append("x.csv")
-    ran = tendon(*line)
-    assert ran.exit == 2, ran.err
-    assert problem in ran.err
-    assert sorted(study.parent.rglob("*")) == before
+
+    def check(*words):
+        line = [*words, name]
+        if words == ("export",):
+            line.append("x.csv")
+        ran = tendon(*line)
+        assert ran.exit == 2, ran.err
+        assert problem in ran.err
+        assert sorted(study.parent.rglob("*")) == before
+
+    check_all(check, PLACES)
 
 
-NAMES_LAST = [words for words in PLACES if words[-1] in ("--out", "--plot", "check", "report")]
-
-
-@pytest.mark.parametrize("words", NAMES_LAST)
-def test_a_name_that_is_not_utf_8_is_refused_alike(outside, study, words):
-    ran = outside(*words, b"a\xff".decode(errors="surrogateescape"))
-    assert ran.exit == 2, ran.err
-    assert "the name is not UTF-8" in ran.err
+def test_a_name_that_is_not_utf_8_is_refused_alike(tendon, study):
+    for words in PLACES:
+        if words[-1] in ("--out", "--plot", "check", "report"):
+            ran = tendon(*words, os.fsdecode(b"a\xff"))
+            assert ran.exit == 2, words
+            assert "the name is not UTF-8" in ran.err, words
 
 
 @pytest.mark.parametrize(
@@ -92,7 +95,7 @@ def test_from_python_it_is_a_tendon_error_too(workplace, name, function):
 # --- Writers --------------------------------------------------------------------------------------
 
 
-def test_a_file_that_is_called_as_a_temporary_one_is_not_touched(tendon, study):
+def test_a_file_that_is_called_as_a_temporary_one_is_not_touched(tendon, study, blank_figures):
     assert tendon("sweep", study, "--out", "run", "--no-figures").exit == 0
     for name in (".designs.csv.tmp", ".f.png.tmp", "run/.report.html.tmp"):
         Path(name).write_text("mine", encoding="utf-8")
@@ -140,13 +143,13 @@ files._write = write_slowly
 from tendon_cli.__main__ import main
 main()
 """
-SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+PLOT = ("plot", "run", "-y", "max_tension", "--out", "f.png")
+REPORT = ("report", "run")
+SIGNALS = [(PLOT, signal.SIGINT), (REPORT, signal.SIGTERM), (REPORT, signal.SIGHUP)]
+MORE_SIGNALS = [(REPORT, signal.SIGINT), (PLOT, signal.SIGTERM), (PLOT, signal.SIGHUP)]
 
 
-@pytest.mark.parametrize("number", SIGNALS)
-@pytest.mark.parametrize(
-    "words", [("plot", "run", "-y", "max_tension", "--out", "f.png"), ("report", "run")]
-)
+@pytest.mark.parametrize(("words", "number"), quick_and_torture(SIGNALS, MORE_SIGNALS))
 def test_a_signal_while_a_file_is_written_leaves_none(tendon, study, words, number):
     assert tendon("sweep", study, "--out", "run", "--no-figures").exit == 0
     held = Path("held").absolute()

@@ -6,7 +6,6 @@ import pytest
 
 from tendon_cli.studies.starter import examples
 
-QUICK = ["--no-figures"]
 COMPUTED = ("sweep", "design")
 
 
@@ -30,11 +29,8 @@ def next_line(text):
     return text.partition("next: ")[2].strip()
 
 
-@pytest.mark.parametrize("name", [*examples()])
-@pytest.mark.parametrize("file", [(), ("a folder/copy",)])
-def test_what_init_says_next_works_as_typed(tendon, workplace, name, file):
-    target = [f"{one}.{name.rpartition('.')[2]}" for one in file]
-    (workplace / "a folder").mkdir()
+def type_what_init_says(tendon, name, *target):
+    """Copy an example, and type what comes next."""
     ran = tendon("init", "--from", name, *target)
     assert ran.exit == 0, ran.err
     line = next_line(ran.out)
@@ -44,11 +40,15 @@ def test_what_init_says_next_works_as_typed(tendon, workplace, name, file):
     typed(tendon, line)
 
 
-def test_a_copy_that_is_there_already_is_not_copied_again(tendon):
-    tendon("init", "--from", "suit/suit.toml")
-    ran = tendon("init", "--from", "suit_log.csv")
-    assert "init" not in next_line(ran.out)
-    typed(tendon, next_line(ran.out))
+@pytest.mark.parametrize("name", [*examples()])
+def test_what_init_says_next_works_as_typed(tendon, name):
+    type_what_init_says(tendon, name)
+
+
+@pytest.mark.parametrize("name", ["paper/fig08.toml", "suit_log.csv", "table_a1.csv"])
+def test_what_init_says_next_works_for_a_copy_elsewhere(tendon, workplace, name):
+    (workplace / "a folder").mkdir()
+    type_what_init_says(tendon, name, f"a folder/copy.{name.rpartition('.')[2]}")
 
 
 def test_what_fit_suit_wrote_and_what_comes_next_is_said(tendon, workplace):
@@ -63,31 +63,26 @@ def test_what_fit_suit_wrote_and_what_comes_next_is_said(tendon, workplace):
     assert "fit.toml written" in ran.err
     ended = typed(tendon, next_line(ran.err))
     assert "load.mass 3" in ended.out
-    again = tendon("fit-suit", study, log, "--out", "fit.toml")
-    assert "fit.toml replaced\n" in again.err
     (folder / "other.csv").write_bytes((workplace / log).read_bytes())
     other = tendon("fit-suit", study, "my suit/other.csv", "--out", "fit.toml")
     assert "fit.toml replaced; before, it held the numbers of suit_log.csv" in other.err
+    (workplace / "mine.toml").write_text('fitted_from = "fit.toml"\n')
+    swept = tendon("sweep", "mine.toml", "--no-figures")
+    (warning,) = [line for line in swept.out.splitlines() if "middle value" in line]
+    assert len(warning) < 200
+    assert "arm.a1, arm.b1, arm.a2 and 17 more" in warning
 
 
-def test_what_comes_next_leaves_the_loads_of_a_table_alone(tendon, workplace):
+def test_what_comes_next_copies_nothing_again_and_leaves_the_loads_of_a_table_alone(
+    tendon, workplace
+):
     tendon("init", "--from", "suit/suit.toml")
-    tendon("init", "--from", "suit_log.csv")
+    line = next_line(tendon("init", "--from", "suit_log.csv").out)
+    assert "init" not in line
     study = workplace / "suit.toml"
     rows = '{ name = "empty", "load.mass" = "0 kg" }, { name = "full", "load.mass" = "4 kg" }'
     study.write_text(f'{study.read_text()}\n[[table]]\nname = "task"\nrows = [{rows}]\n')
-    ran = tendon("fit-suit", "suit.toml", "suit_log.csv", "--out", "fit.toml")
-    ended = typed(tendon, next_line(ran.err))
+    fitted, _, _ = line.partition(" && ")
+    ran = typed(tendon, fitted)
     assert "load.mass=" not in next_line(ran.err)
-    assert "task 2" in ended.out
-
-
-def test_a_sweep_of_a_fitted_suit_names_few_of_its_numbers(tendon, workplace):
-    tendon("init", "--from", "suit/suit.toml")
-    tendon("init", "--from", "suit_log.csv")
-    tendon("fit-suit", "suit.toml", "suit_log.csv", "--out", "fit.toml")
-    (workplace / "mine.toml").write_text('fitted_from = "fit.toml"\n')
-    ran = tendon("sweep", "mine.toml", *QUICK)
-    (warning,) = [line for line in ran.out.splitlines() if "middle value" in line]
-    assert len(warning) < 200
-    assert "arm.a1, arm.b1, arm.a2 and 17 more" in warning
+    assert "task 2" in typed(tendon, next_line(ran.err)).out

@@ -42,12 +42,11 @@ def test_a_shipped_study_loads_is_named_after_its_file_and_fits_the_schema_of_it
     validator.validate(tomllib.loads(text))
 
 
-def test_the_shipped_schema_is_a_schema_and_what_the_command_prints(tendon, configs):
+def test_the_shipped_schema_is_what_the_command_prints(tendon, configs):
     ran = tendon("schema")
     assert (ran.exit, ran.err) == (0, "")
     shipped = (configs / "tendon.schema.json").read_text(encoding="utf-8")
     assert shipped.rstrip("\n") == ran.out.rstrip("\n")
-    jsonschema.Draft202012Validator.check_schema(ran.json)
 
 
 def test_large_is_about_a_million_designs_and_only_their_table(configs):

@@ -93,7 +93,7 @@ def test_an_export_has_the_numbers_of_a_language_and_the_units_of_studies(tendon
 
 
 @pytest.mark.parametrize("part", ["spring", "anchor"])
-def test_what_is_rigid_is_called_so_everywhere(tendon, write_study, part):
+def test_what_is_rigid_is_called_so_everywhere(tendon, write_study, blank_figures, part):
     write_study(f'[{part}]\nstiffness = ["3 kN/m", "rigid"]\n')
     assert tendon("sweep", "study.toml", "--out", "run").exit == 0
     only = ("--where", f"{part}_stiffness = rigid", "--columns", f"{part}_stiffness")

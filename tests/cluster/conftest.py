@@ -11,12 +11,15 @@ import sys
 import threading
 import time
 from dataclasses import dataclass, field
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 import pytest
 
+from tests.cluster import processes
+
 STATES_PER_PART = 200
-WINDOWS_PER_PART = 2**13
+WINDOWS_PER_PART = 2**8
 STUDY = """
 [tendon]
 pretension = { from = "60 N", to = "240 N", num = 13 }
@@ -35,7 +38,7 @@ class DaskCluster:
     """A scheduler and workers; `hazards` is the folder whose files ask for accidents."""
 
     folder: Path
-    workers: list[subprocess.Popen] = field(default_factory=list)
+    workers: list[BaseProcess] = field(default_factory=list)
 
     def __post_init__(self):
         self.hazards.mkdir(parents=True)
@@ -56,9 +59,9 @@ class DaskCluster:
     def processes(self):
         return [self.scheduler, *self.workers]
 
-    def add_workers(self, count, *, nanny=False):
-        """Start so many workers; a nanny starts a worker again that dies."""
-        words = [self.address, "--nanny" if nanny else "--no-nanny"]
+    def add_workers(self, count):
+        """Start so many workers."""
+        words = [self.address, "--no-nanny"]
         words += ["--nthreads", "1", "--no-dashboard", "--memory-limit", "0"]
         words += ["--local-directory", self.folder / "spill"]
         words += ["--preload", Path(__file__).with_name("hazards.py")]
@@ -81,28 +84,18 @@ class DaskCluster:
         for process in self.processes:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
-            process.wait(10)
-            process.log.close()
+            process.join(10)
         wait_for(lambda: not any(_is_alive(process.pid) for process in self.processes), seconds=10)
 
     def _start(self, role, *words):
-        log = (self.folder / f"{role}-{len(self.workers)}.log").open("w", encoding="utf-8")
+        log = self.folder / f"{role}-{len(self.workers)}.log"
         environment = {
             "TENDON_TEST_HAZARDS": str(self.hazards),
             "TENDON_TEST_STATES_PER_PART": str(STATES_PER_PART),
             "TENDON_TEST_WINDOWS_PER_PART": str(WINDOWS_PER_PART),
         }
-        program = [sys.executable, "-m", f"distributed.cli.dask_{role}"]
-        process = subprocess.Popen(
-            [*program, "--host", "127.0.0.1", *map(str, words)],
-            stdout=log,
-            stderr=log,
-            env=os.environ | environment,
-            cwd=self.folder,
-            start_new_session=True,
-        )
-        process.log = log
-        return process
+        words = ["--host", "127.0.0.1", *map(str, words)]
+        return processes.start(role, words, self.folder, log, environment)
 
 
 def _is_alive(group):
@@ -148,13 +141,13 @@ def start_cluster(tmp_path_factory):
     """Yield a function that starts a scheduler with workers; they are ended after the module."""
     started = []
 
-    def start(workers, *, nanny=False, **accidents):
+    def start(workers, **accidents):
         cluster = DaskCluster(tmp_path_factory.mktemp("cluster") / "dask")
         started.append(cluster)
         cluster.set(**accidents)
-        cluster.add_workers(workers, nanny=nanny)
+        cluster.add_workers(workers)
         logs = [cluster.folder / f"worker-{number}.log" for number in range(workers)]
-        wait_for(lambda: all("Registered to" in log.read_text("utf-8") for log in logs))
+        wait_for(lambda: all("Registered to" in log.read_text("utf-8") for log in logs), OSError)
         return cluster
 
     yield start

@@ -63,6 +63,7 @@ def fill_choices_dangerously(self, tables, index):
     if hazard("kill_choices_once") == str(index):
         (HAZARDS / "kill_choices_once").unlink()
         os.kill(os.getpid(), signal.SIGKILL)
+    time.sleep(float(hazard("slow") or 0))
     candidates.STATES_FOR_ALL = 0 if hazard("sparing") else 2**30
     return fill_choices(self, tables, index)
 

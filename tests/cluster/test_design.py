@@ -15,21 +15,19 @@ pytest.importorskip("distributed", reason="distributed is not installed")
 STUDY = """
 name = "suit"
 [spring]
-stiffness = { from = "3 kN/m", to = "8 kN/m", num = 15 }
+stiffness = { from = "3 kN/m", to = "8 kN/m", num = 5 }
 [spool]
-ratio = { from = 0.5, to = 0.7, num = 10 }
+ratio = { from = 0.5, to = 0.7, num = 4 }
 [load]
-mass = { from = "0 kg", to = "3 kg", num = 200 }
+mass = { from = "0 kg", to = "3 kg", num = 40 }
 [motion]
 elbow_angle = ["0 deg", "45 deg", "90 deg"]
 [design]
 maximise = ["tolerance"]
 """
-"""150 choices of 200 conditions: four parts."""
+"""20 choices of 40 conditions: four parts."""
 
-FOUR_MASSES = 'mass = ["0 kg", "3 kg", "5 kg", "10 kg"]'
-PERSONS = STUDY.replace('mass = { from = "0 kg", to = "3 kg", num = 200 }', FOUR_MASSES)
-PERSONS += "[people]\ncount = 50\n"
+PERSONS = STUDY.replace('"3 kg", num = 40 }', '"1 kg", num = 4 }') + "[people]\ncount = 20\n"
 UNCERTAIN = """
 [sheath]
 friction = { mean = 0.07, std = 0.005 }
@@ -41,9 +39,9 @@ cross = true
 """
 STUDIES = {
     "persons": PERSONS,
-    "persons times draws": PERSONS.replace("count = 50", "count = 5") + UNCERTAIN,
+    "persons times draws": PERSONS.replace("count = 20", "count = 5") + UNCERTAIN,
 }
-"""150 choices of some 200 conditions each."""
+"""20 choices of 80 and 160 conditions each."""
 
 DESIGN = ("design", "suit.toml", "--no-figures", "--json")
 
@@ -84,7 +82,7 @@ def test_the_answer_is_that_of_this_machine_to_the_byte(same, cluster):
 def test_so_it_is_with_people_and_draws(same, cluster, name):
     record = same(STUDIES[name], cluster).json
     assert record["population"]["kind"] == {"persons times draws": "pairs"}.get(name, "persons")
-    assert record["population"]["count"] >= 40
+    assert record["population"]["count"] >= 20
 
 
 def test_so_it_is_where_only_promising_choices_have_their_worst(same, cluster, monkeypatch):
@@ -93,23 +91,23 @@ def test_so_it_is_where_only_promising_choices_have_their_worst(same, cluster, m
     record = same(PERSONS, cluster).json
     notes = [" ".join(note.split()) for note in record["notes"]]
     assert any("only those that may be the best" in note for note in notes)
-    assert open_table(Path("there/choices.parquet")).read()["max_tension"].null_count > 100
+    choices = open_table(Path("there/choices.parquet")).read()
+    assert choices["max_tension"].null_count > choices["pretension_from"].null_count
 
 
 def test_the_choices_of_a_worker_that_is_killed_are_solved_by_another(same, start_cluster):
     cluster = start_cluster(2, kill_choices_once=1)
     same(PERSONS, cluster, "--jobs", "2")
-    assert sorted(worker.poll() is None for worker in cluster.workers) == [False, True]
+    assert sorted(worker.is_alive() for worker in cluster.workers) == [False, True]
 
 
 def test_an_answer_that_loses_its_scheduler_is_finished_without(
     tendon, workplace, start_cluster, hashes_in
 ):
-    cluster = start_cluster(1)
+    # Slow parts, so that the scheduler is gone long before the last.
+    cluster = start_cluster(1, slow=0.3)
     out = workplace / "out"
-    # Many parts, so that the scheduler is gone long before the last.
-    long_study = PERSONS.replace("count = 50", "count = 200")
-    (workplace / "suit.toml").write_text(long_study, encoding="utf-8")
+    (workplace / "suit.toml").write_text(STUDY, encoding="utf-8")
 
     def kill():
         wait_for(lambda: list(out.glob("choices.parquet/part-*.parquet")))

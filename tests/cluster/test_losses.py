@@ -33,7 +33,8 @@ def test_the_parts_of_a_worker_that_is_killed_are_made_by_another(
     ran = tendon(*SWEEP, "--json", "--scheduler", cluster.address)
     killer.join()
     assert (ran.exit, ran.err) == (0, "")
-    assert cluster.workers[0].wait(5) == -signal.SIGKILL
+    cluster.workers[0].join(5)
+    assert cluster.workers[0].exitcode == -signal.SIGKILL
     assert hashes_in(Path("run")) == local.hashes
     assert leftovers() == []
 
@@ -41,7 +42,7 @@ def test_the_parts_of_a_worker_that_is_killed_are_made_by_another(
 def test_a_part_that_kills_every_worker_is_named_and_the_others_are_kept(
     tendon, study, start_cluster, local, hashes_in
 ):
-    cluster = start_cluster(2, nanny=True, kill=12)
+    cluster = start_cluster(5, kill=12)
     ran = tendon(*SWEEP, "--json", "--scheduler", cluster.address)
     assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers"), ran.out
     message = ran.json["error"]["message"]

@@ -19,15 +19,13 @@ import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-
-import pytest
+from unittest import mock
 
 from tendon_cli import cli
 
 FENCE = re.compile(r"^```(\w+)[^\n]*\n(.*?)^```[ \t]*$", re.DOTALL | re.MULTILINE)
-SETTINGS = {"COLUMNS": "80", "NO_COLOR": "1"}
-SHELL = re.compile(r"[|&;<>`$~*]")
-"""Signs of a command that only a shell understands."""
+SHELL_SIGNS = re.compile(r"[|&;<>$*~`#]")
+QUOTED = re.compile(r"'[^']*'|\"[^\"]*\"")
 FILE_NAME = re.compile(r"# file: (\S+)\n")
 
 
@@ -124,48 +122,43 @@ def run_console(block, without=()):
         command, expected = _split(part)
         if command in without:
             continue
-        is_plain = command.startswith("tendon ") and not SHELL.search(command)
-        code, printed = _called(command) if is_plain else _typed(command)
-        faults += compared(expected, printed, f"line {block.line}: `{command}` (exit {code})")
+        code, printed = typed(command)
+        source = f"line {block.line}: `{command}` (exit {code})"
+        faults += compared(expected, printed, source)
     return faults
 
 
-def _called(command):
-    """Run a command of tendon in this process. Return its exit code and all that it prints."""
-    words = shlex.split(command.replace("\\\n", " "))[1:]
-    out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8") for _ in range(2))
-    streams = sys.stdout, sys.stderr
-    with pytest.MonkeyPatch.context() as patch:
-        for name, value in SETTINGS.items():
-            patch.setenv(name, value)
-        try:
-            sys.stdout, sys.stderr = out, err
-            cli.main(words)
-            code = None
-        except SystemExit as end:
-            code = end.code
-        finally:
-            sys.stdout, sys.stderr = streams
-    printed = ""
-    for stream in (out, err):
-        stream.flush()
-        printed += stream.buffer.getvalue().decode()
-    return code, printed
+def typed(command):
+    """Run a command in a shell, or in this process if it is one of tendon alone.
 
-
-def _typed(command):
-    """Type a command into a shell. Return its exit code and all that it prints."""
+    Return its exit code and all that it prints.
+    """
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    ended = subprocess.run(  # noqa: S602 - our own pages
-        command,
-        shell=True,
-        check=False,
-        capture_output=True,
-        text=True,
-        timeout=300,
-        env=os.environ | SETTINGS | {"PATH": path},
-    )
-    return ended.returncode, ended.stdout + ended.stderr
+    environment = {"PATH": path, "COLUMNS": "80", "NO_COLOR": "1"}
+    line = command.replace("\\\n", " ")
+    is_for_shell = SHELL_SIGNS.search(QUOTED.sub("", line)) is not None
+    if is_for_shell or not line.startswith("tendon "):
+        ended = subprocess.run(  # noqa: S602 - our own pages
+            command,
+            shell=True,
+            check=False,
+            capture_output=True,
+            text=True,
+            timeout=300,
+            env=os.environ | environment,
+        )
+        return ended.returncode, ended.stdout + ended.stderr
+    out = io.StringIO()
+    err = io.StringIO()
+    with (
+        mock.patch.dict(os.environ, environment),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+    ):
+        try:
+            cli.main(shlex.split(line)[1:])
+        except SystemExit as end:
+            return end.code, out.getvalue() + err.getvalue()
 
 
 def _split(part):

@@ -10,7 +10,7 @@ from tests.sweep.studies import RANGES
 from .filling import COUNTS, DIRECTIONS, assert_same_rows, model, needs_code, plan_of
 
 pytestmark = needs_code
-searched = settings(deadline=None, derandomize=True, max_examples=250)
+searched = settings(deadline=None, derandomize=True, max_examples=60)
 
 SLACKS = ["unilateral", "bilateral"]
 REFERENCES = ["published", "initial"]

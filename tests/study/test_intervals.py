@@ -104,7 +104,8 @@ def test_designs_along_the_places_of_a_spring_are_those_of_each_place_alone(key)
 def test_where_a_spring_sits_is_a_choice_of_an_answer():
     def question_at(places):
         masses = ["0 kg", "2 kg"]
-        return study(spring__at=places, anchor__stiffness="10 kN/m", load__mass=masses)
+        more = {"anchor__stiffness": "10 kN/m", "load__mass": masses, "spool__ratio": 0.6}
+        return study(spring__at=places, **more)
 
     both = question_at(["joint", "motor"])
     assert both.axes == ("spring.at", "load.mass")

@@ -11,6 +11,7 @@ import pytest
 
 from tendon_cli.errors import InputError, SizeError, StudyError, TendonError, UsageError
 from tendon_cli.studies.load import load_study
+from tests.sampled import check_all
 
 from .malformed import ROWS
 from .malformed.row import LONGEST_TIME, at_most
@@ -60,29 +61,33 @@ def content_of(folder):
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.label)
-def test_a_malformed_study_ends_in_one_error_that_says_what_and_where(row, tmp_path):
-    path = write_files(row, tmp_path)
-    content = content_of(tmp_path)
-    memory = peak_memory()
-    with at_most(LONGEST_TIME), pytest.raises(TendonError) as caught:
-        load_study(path, row.settings)
-    error = caught.value
-    assert peak_memory() - memory < MOST_MEMORY_KB
-    assert type(error) is row.kind
-    assert error.exit == EXIT_CODES[row.kind]
-    assert content_of(tmp_path) == content
-    message = f"{error} {error.where}"
-    assert [fragment for fragment in row.says if fragment not in message] == []
-    if row.line is not None:
-        assert error.faults[0].line == row.line
-        assert f"line {row.line}: " in str(error)
-    source = as_bytes(row.text).decode(errors="replace")
-    foreign = [word for word in WORDS_OF_PYTHON if word not in source]
-    for text in (str(error), error.where, error.hint or ""):
-        assert len(text) < LONGEST_MESSAGE
-        assert all(line.isprintable() for line in text.split("\n"))
-        assert [word for word in foreign if word in text] == []
+def test_a_malformed_study_ends_in_one_error_that_says_what_and_where(tmp_path):
+    def check(row):
+        folder = tmp_path / str(len(list(tmp_path.iterdir())))
+        folder.mkdir()
+        path = write_files(row, folder)
+        content = content_of(folder)
+        memory = peak_memory()
+        with at_most(LONGEST_TIME), pytest.raises(TendonError) as caught:
+            load_study(path, row.settings)
+        error = caught.value
+        assert peak_memory() - memory < MOST_MEMORY_KB
+        assert type(error) is row.kind
+        assert error.exit == EXIT_CODES[row.kind]
+        assert content_of(folder) == content
+        message = f"{error} {error.where}"
+        assert [fragment for fragment in row.says if fragment not in message] == []
+        if row.line is not None:
+            assert error.faults[0].line == row.line
+            assert f"line {row.line}: " in str(error)
+        source = as_bytes(row.text).decode(errors="replace")
+        foreign = [word for word in WORDS_OF_PYTHON if word not in source]
+        for text in (str(error), error.where, error.hint or ""):
+            assert len(text) < LONGEST_MESSAGE
+            assert all(line.isprintable() for line in text.split("\n"))
+            assert [word for word in foreign if word in text] == []
+
+    check_all(check, [(row,) for row in ROWS])
 
 
 # --- Files that are not there or cannot be read ---------------------------------------------------

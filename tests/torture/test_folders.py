@@ -27,7 +27,7 @@ def run_histories(number, count, steps):
 
 
 def test_whatever_happens_to_a_run_it_comes_to_the_same_bytes():
-    run_histories(0, 20, 8)
+    run_histories(0, 6, 8)
 
 
 @pytest.mark.torture

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.sampled import quick_and_torture
 from tools.torture.hostile.attempts import ATTEMPTS
 from tools.torture.hostile.tally import LONGEST, MOST_MEGABYTES
 
@@ -41,9 +40,10 @@ def fuzzed(folder, *words, warn="error", longest=LONGEST, most=MOST_MEGABYTES):
     return tally, ran.stderr
 
 
-@pytest.mark.parametrize("cases", quick_and_torture([120], [15_000]))
+@pytest.mark.torture
 @pytest.mark.parametrize("kind", ATTEMPTS)
-def test_files_bred_by_chance_end_in_one_message_or_are_taken(tmp_path, kind, cases):
+def test_files_bred_by_chance_end_in_one_message_or_are_taken(tmp_path, kind):
+    cases = 15_000
     tally, _ = fuzzed(tmp_path, kind, cases, tmp_path)
     assert tally["cases"] == cases
     assert tally["taken"] > cases // 50, (
@@ -51,13 +51,14 @@ def test_files_bred_by_chance_end_in_one_message_or_are_taken(tmp_path, kind, ca
     )
 
 
+@pytest.mark.torture
 @pytest.mark.skipif(
     find_spec("atheris") is None,
     reason="atheris is not installed; it has no wheel for every system",
 )
-@pytest.mark.parametrize("cases", quick_and_torture([200], [20_000]))
 @pytest.mark.parametrize("kind", ATTEMPTS)
-def test_files_bred_by_what_they_reach_end_in_one_message_or_are_taken(tmp_path, kind, cases):
+def test_files_bred_by_what_they_reach_end_in_one_message_or_are_taken(tmp_path, kind):
+    cases = 20_000
     tally, err = fuzzed(
         tmp_path, kind, cases, tmp_path, "--guided", CORPUS / kind, warn="default", longest=60.0
     )

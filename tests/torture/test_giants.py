@@ -59,9 +59,7 @@ def write_zeros(file, megabytes):
     assert file.stat().st_size < megabytes * 1000
 
 
-GIANTS = quick_and_torture(
-    [(write_wide, 10_000), (write_zeros, 200)], [(write_wide, 100_000), (write_zeros, 2000)]
-)
+GIANTS = quick_and_torture([(write_wide, 10_000)], [(write_wide, 100_000), (write_zeros, 2000)])
 
 
 @pytest.mark.parametrize(("write", "size"), GIANTS)
@@ -126,7 +124,7 @@ ATTEMPTS = [
     *(("fit-friction", name) for name in CSV_BOMBS),
     *(("route", name) for name in ROUTES),
 ]
-SAMPLE = [*ATTEMPTS[:4], ("fit-friction", "columns.csv"), ("route", "columns.csv")]
+SAMPLE = [("state", "deep.toml"), ("state", "deep.yaml"), ("fit-friction", "columns.csv")]
 REST = [attempt for attempt in ATTEMPTS if attempt not in SAMPLE]
 
 

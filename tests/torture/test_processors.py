@@ -17,13 +17,13 @@ from tools.torture.runs import launched, study_in
 STUDY = """
 name = "levels"
 [tendon]
-pretension = { from = "40 N", to = "240 N", num = 21 }
+pretension = { from = "40 N", to = "240 N", num = 7 }
 [spring]
-stiffness = { from = "1 kN/m", to = "5 kN/m", num = 5 }
+stiffness = { from = "1 kN/m", to = "5 kN/m", num = 3 }
 [load]
 mass = ["0 kg", "3 kg", "10 kg"]
 [motion]
-elbow_angle = { from = "-20 deg", to = "90 deg", num = 34 }
+elbow_angle = { from = "-20 deg", to = "90 deg", num = 23 }
 [[cases]]
 name = "even"
 [[cases]]
