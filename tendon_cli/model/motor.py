@@ -147,13 +147,6 @@ def motor_power(state: State, rates: TendonRates) -> Array:
     return np.asarray(state.motor_torque * rates.wound / state.design.flexor_radius)
 
 
-def spool_angle(state: State) -> Array:
-    """Return the spool angle from the unstretched flexor, as in `MotorRates`, rad."""
-    resting_flexor = state.flexor if state.resting is None else state.resting[0]
-    resting_stretch = resting_flexor.compliance * state.design.flexor.pretension
-    return np.asarray(state.spool_angle + resting_stretch / state.design.flexor_radius)
-
-
 def spool_speed(state: State) -> Array:
     """Return the rotation of the spool per radian of the elbow, as in `MotorRates`."""
     return np.asarray(tendon_rates(state).winding / state.design.flexor_radius)
@@ -177,8 +170,10 @@ def motor_rates(state: State, rates: TendonRates | None = None) -> MotorRates:
     extensor_friction = state.extensor.friction_rate(
         y, rates.extensor, -rates.path_lengthening, turning
     )
+    resting_flexor = state.flexor if state.resting is None else state.resting[0]
+    resting_stretch = resting_flexor.compliance * design.flexor.pretension
     return MotorRates(
-        spool_angle=spool_angle(state),
+        spool_angle=np.asarray(state.spool_angle + resting_stretch / design.flexor_radius),
         spool_speed=rates.winding / design.flexor_radius,
         power=motor_power(state, rates),
         stored=0.5
@@ -300,32 +295,14 @@ def _work_and_loss(design: Design, angles: Array, flexion: Flags) -> tuple[Array
     return work.sum(axis=(-2, -1)), loss.sum(axis=(-2, -1))
 
 
-def _steps(angles: Array, longest: float = _LONGEST_STEP) -> Array:
-    """Insert angles between ascending ones, so that no step is longer than `longest`, rad."""
-    counts = np.maximum(1, np.ceil(np.diff(angles) / longest - 1e-9)).astype(np.int64)
+def _steps(angles: Array) -> Array:
+    """Insert angles between ascending ones, so that no step is longer than `_LONGEST_STEP`."""
+    counts = np.maximum(1, np.ceil(np.diff(angles) / _LONGEST_STEP - 1e-9)).astype(np.int64)
     steps = [
         np.linspace(low, high, count, endpoint=False)
         for low, high, count in zip(angles[:-1], angles[1:], counts, strict=True)
     ]
     return np.concatenate([*steps, angles[-1:]])
-
-
-def gauss_rule(angles: Array, longest: float = _LONGEST_STEP) -> tuple[Array, Array]:
-    """Return nodes and weights of Gauss's rule for integrals of functions without kinks.
-
-    Args:
-        angles: Ascending angles between which the integrand is smooth, rad.
-        longest: Longest step, rad.
-
-    Returns:
-        Nodes in ascending order and their weights, rad.
-    """
-    edges = _steps(angles, longest)
-    middle = 0.5 * (edges[:-1] + edges[1:])
-    half = 0.5 * np.diff(edges)
-    nodes = middle[:, np.newaxis] + half[:, np.newaxis] * _NODES  # (steps, nodes), rad
-    weights = half[:, np.newaxis] * _WEIGHTS
-    return nodes.ravel(), weights.ravel()
 
 
 def _rates(design: Design, angle: Array, flexion: Flags) -> tuple[State, Array, Array]:

@@ -4,7 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+_COLUMNS_OF_MOTION = {
+    "max_spool_travel": "spool_travel",
+    "max_backlash": "max_backlash",
+    "max_torque_band": "max_torque_band",
+    "max_motor_work_in": "motor_work_in",
+    "max_friction_loss": "friction_loss",
+    "min_efficiency": "efficiency",
+}
+"""Columns that limits of a whole motion bounded, by the name of the limit."""
 GONE: dict[str, str] = {
+    **{
+        f"limits.{limit}": "a limit is kept or broken in a state; the column"
+        f" `{column}` of designs and choices stays: filter by it, or make it a goal"
+        for limit, column in _COLUMNS_OF_MOTION.items()
+    },
     "motion.reversal": "leave it out: friction follows the sliding of the tendons, which follows "
     "from the motion and the suit",
 }

@@ -5,7 +5,6 @@ import re
 import pytest
 
 from tendon_cli.errors import StudyError
-from tendon_cli.quantities import OF_DESIGNS, OF_STATES
 from tendon_cli.studies.design_section import CHOICE_RESULTS
 from tendon_cli.studies.gone import GONE, IS_GONE
 from tendon_cli.studies.json_schema import key_words
@@ -17,7 +16,7 @@ IN_BACKTICKS = re.compile("`([^`]+)`")
 
 
 def test_every_key_that_is_gone_is_refused_with_something_that_exists():
-    known = {*key_words(), *OF_STATES, *OF_DESIGNS, *CHOICE_RESULTS}
+    known = {*key_words(), *CHOICE_RESULTS}
     for key, instead in GONE.items():
         table, _, name = key.partition(".")
         content = {name: "1"} if name else "1"
