@@ -338,11 +338,9 @@ class Solver:
             of_served = np.where(served[rows, conditions], values, np.nan)
             largest[:, rows] = np.fmax(largest[:, rows], np.fmax.reduce(of_served, axis=2))
         of_states = Worst.of_quantities(largest)
-        return replace(of_states, motion=self._worst_of_motion(points, pretension, served))
+        return replace(of_states, motion=self.worst_of_motion(points, pretension, served))
 
-    def _worst_of_motion(
-        self, points: Points, pretension: Array, served: Flags
-    ) -> dict[str, Array]:
+    def worst_of_motion(self, points: Points, pretension: Array, served: Flags) -> dict[str, Array]:
         """Return the columns of motion by name, each the worst over the conditions served."""
         question = self.question
         trajectory = question.study.trajectory
