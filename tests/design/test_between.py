@@ -369,7 +369,7 @@ def test_the_window_of_an_interval_of_postures_is_proved_and_that_of_very_many(w
     assert answer.choices.pretension_to[0] == pytest.approx(many.high.min(), abs=2e-6)
 
 
-# --- Limits on the whole motion -------------------------------------------------------------------
+# --- A limit on power, and motions in time --------------------------------------------------------
 
 
 def test_the_worst_power_at_a_load_between_two_is_found():
