@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self, cast
 
@@ -338,23 +338,26 @@ class Solver:
             of_served = np.where(served[rows, conditions], values, np.nan)
             largest[:, rows] = np.fmax(largest[:, rows], np.fmax.reduce(of_served, axis=2))
         of_states = Worst.of_quantities(largest)
-        return replace(of_states, motion=self.worst_of_motion(points, pretension, served))
+        names = self.columns_of_motion
+        return replace(of_states, motion=self.worst_of_motion(points, pretension, served, names))
 
-    def worst_of_motion(self, points: Points, pretension: Array, served: Flags) -> dict[str, Array]:
-        """Return the columns of motion by name, each the worst over the conditions served."""
+    def worst_of_motion(
+        self, points: Points, pretension: Array, served: Flags, names: Sequence[str]
+    ) -> dict[str, Array]:
+        """Return columns of motion by name, each the worst over the conditions served."""
         question = self.question
         trajectory = question.study.trajectory
-        worst = {name: np.full(len(points), np.nan) for name in self.columns_of_motion}
+        worst = {name: np.full(len(points), np.nan) for name in names}
         if not worst:
             return worst
         for rows, conditions, design in self.portions(
             points.at_pretension(pretension), in_numpy=True
         ):
             if trajectory is not None:
-                columns = motion_columns(Moving.of(design, trajectory), worst)
+                columns = motion_columns(Moving.of(design, trajectory), names)
             else:
-                speed = float(question.bounds.speed)
-                columns = cycle_columns(design, question.angles, question.flexion, speed)
+                motion = question.angles, question.flexion, float(question.bounds.speed)
+                columns = cycle_columns(design, *motion, names)
             for name, of_choices in worst.items():
                 values = np.where(served[rows, conditions], columns[name], np.nan)
                 extreme = np.fmin if name == "efficiency" else np.fmax

@@ -70,7 +70,8 @@ def worst_between(solver: Solver, points: Points, pretension: Array, served: Fla
             for of_states in (finer, tops):
                 most = np.fmax(most, of_states.max(axis=(1, 2, 3)))
     worst = Worst.of_quantities(np.where(np.isfinite(most), most, np.nan)[:, np.newaxis])
-    return replace(worst, motion=solver.worst_of_motion(points, pretension, served))
+    names = solver.columns_of_motion
+    return replace(worst, motion=solver.worst_of_motion(points, pretension, served, names))
 
 
 def _quantities_at(

@@ -59,9 +59,10 @@ def test_a_condition_that_is_not_served_does_not_count():
     points = both.all_points()
     pretension = np.array([150.0, 200.0])
     served = np.array([[True, False], [False, False]])
-    found = solver.worst_of_motion(points, pretension, served)
+    work = ("motor_work_in",)
+    found = solver.worst_of_motion(points, pretension, served, work)
     light = solver.for_question(both.for_conditions(np.array([0])))
-    alone = light.worst_of_motion(points, pretension, np.ones((2, 1), dtype=np.bool_))
+    alone = light.worst_of_motion(points, pretension, np.ones((2, 1), dtype=np.bool_), work)
     assert found["motor_work_in"][0] == pytest.approx(alone["motor_work_in"][0], rel=1e-12)
     assert np.isnan(found["motor_work_in"][1])
 
