@@ -29,22 +29,8 @@ _SAMPLES = 65  # pretensions of a window between which ends are sought
 _HALVINGS = 45  # of the distance between two samples
 _UNIT = 100.0  # N; lines go through values at this pretension and without any
 
-Excess = Callable[[Array], Array]
-"""Excess over the limit at one pretension of each design, (designs,): above 0 it is broken."""
-
-
-@dataclass(frozen=True, eq=False)
-class Lines:
-    """Straight lines base + gain F of states, (designs, states)."""
-
-    base: Array
-    """Values without pretension."""
-    gain: Array
-    """Slopes over pretension, per newton."""
-
-    def at(self, pretension: Array) -> Array:
-        """Return values at one pretension of each design, (designs,)."""
-        return np.asarray(self.base + self.gain * pretension[:, np.newaxis])
+AtPretension = Callable[[Array], Array]
+"""Function of one pretension of each design, (designs,), N."""
 
 
 def within_power(
@@ -139,12 +125,12 @@ class Motor:
         self.velocity = signs * self.speed if self.trajectory is None else np.ones(states)
 
     @cached_property
-    def spool_speed(self) -> Lines:
+    def spool_speed(self) -> AtPretension:
         """Rotation of the spool per radian of the elbow; along a trajectory rad/s."""
         return self._lines(spool_speed)
 
     @cached_property
-    def torque(self) -> Lines:
+    def torque(self) -> AtPretension:
         """Motor torque, N m."""
         return self._lines(lambda state: state.motor_torque)
 
@@ -155,10 +141,11 @@ class Motor:
         state = evaluate(taut, self.angles, self.flexion)
         return [at_pretension(state, pretension) for pretension in (0.0, _UNIT)]
 
-    def _lines(self, quantity: Callable[[State], Array]) -> Lines:
-        """Return a quantity as lines through its values without pretension and at `_UNIT`."""
+    def _lines(self, quantity: Callable[[State], Array]) -> AtPretension:
+        """Return a quantity of states as straight lines over pretension, (designs, states)."""
         base, above = (self._flat(quantity(state)) for state in self._states)
-        return Lines(base, (above - base) / _UNIT)
+        gain = (above - base) / _UNIT
+        return lambda at: np.asarray(base + gain * at[:, np.newaxis])
 
     def _flat(self, values: Array) -> Array:
         """Return values of states as (designs, states)."""
@@ -176,16 +163,16 @@ class Motor:
             Power, (designs,); with `loads` the largest for any load between.
         """
         velocity = self._flat(self.velocity)
-        power = np.asarray(velocity * self.torque.at(at) * self.spool_speed.at(at))
+        power = np.asarray(velocity * self.torque(at) * self.spool_speed(at))
         if self.loads is None:
             return np.asarray(np.max(power, axis=1))
         least, largest = self._motors_at_loads
-        torque = least.torque.at(at)
-        turning = least.spool_speed.at(at)
+        torque = least.torque(at)
+        turning = least.spool_speed(at)
         # Torque and speed are lines in the load, so power is a parabola; `top` is its vertex.
         with np.errstate(divide="ignore", invalid="ignore"):
-            torque_rise = largest.torque.at(at) - torque
-            turning_rise = largest.spool_speed.at(at) - turning
+            torque_rise = largest.torque(at) - torque
+            turning_rise = largest.spool_speed(at) - turning
             top = -0.5 * (torque / torque_rise + turning / turning_rise)
             at_top = velocity * (torque + top * torque_rise) * (turning + top * turning_rise)
         power = np.where((top > 0.0) & (top < 1.0), np.fmax(power, at_top), power)
@@ -206,8 +193,8 @@ class Motor:
         ]
 
 
-def _cut_to_widest(windows: Window, excess: Excess) -> None:
-    """Cut open windows to the widest interval that keeps the limit, in place."""
+def _cut_to_widest(windows: Window, excess: AtPretension) -> None:
+    """Cut open windows to the widest interval without an excess over the limit, in place."""
     start = windows.low
     is_endless = np.isinf(windows.high)
     stop = np.where(is_endless, start + _STEP, windows.high)
@@ -255,7 +242,7 @@ def widest(kept: Flags) -> tuple[Rows, Rows]:
     return np.where(is_kept, last - most + 1, -1), np.where(is_kept, last, -1)
 
 
-def _edge(inside: Array, outside: Array, excess: Excess) -> Array:
+def _edge(inside: Array, outside: Array, excess: AtPretension) -> Array:
     """Bisect between two pretensions for the one at which the limit is just kept, N."""
     for _ in range(_HALVINGS):
         middle = 0.5 * (inside + outside)
