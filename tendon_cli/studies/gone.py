@@ -34,4 +34,4 @@ def instead_of(path: Iterable[str]) -> str | None:
         path: The key, part by part; places in lists, and the case that sets it, do not count.
     """
     names = [part for part in path if not part.isdecimal()]
-    return GONE.get(".".join(names[1:] if names[0] == "cases" else names))
+    return GONE.get(".".join(names).removeprefix("cases."))

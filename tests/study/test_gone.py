@@ -24,3 +24,14 @@ def test_every_key_that_is_gone_is_refused_with_something_that_exists():
             any_study({table: [content] if table in LISTS else content})
         assert (IS_GONE, instead) in [(one.problem, one.hint) for one in raised.value.faults], key
         assert set(IN_BACKTICKS.findall(instead)) <= known, key
+
+
+def test_rows_and_samples_are_told_what_to_use_instead_too():
+    key = "limits.max_backlash"
+    rows = {"rows": [{"name": "a", key: 1}]}
+    sample = {"between": {key: "1 to 2"}, "sample": "sobol", "count": 4}
+    for table in (rows, sample):
+        with pytest.raises(StudyError, match=IS_GONE):
+            any_study({"table": [{"name": "suits", **table}]})
+    with pytest.raises(StudyError, match="unknown key"):
+        any_study({"table": [{"name": "suits", "rows": [{"name": "a", "1.2": 1}]}]})
