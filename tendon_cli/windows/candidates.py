@@ -400,6 +400,8 @@ def refine_choice(solver: Solver, order: Order, start: Solutions) -> Solutions |
     of_worst = {*WORST, *columns_of_motion(question.study)}
     with_worst = question.study.design.advice or any(goal.column in of_worst for goal in goals)
 
+    lean = replace(solver, with_motion=False)
+
     def choices_at(places: Array) -> Points:
         """Return choices at places, (choices, ranges), 0 to 1; the rest is as in `start`."""
         columns: ColumnArrays = {
@@ -411,7 +413,7 @@ def refine_choice(solver: Solver, order: Order, start: Solutions) -> Solutions |
 
     def cost(places: Array) -> Array:
         """Return the cost of choices at places, (ranges, choices), the less the better."""
-        tried = solve(solver, choices_at(places.T), with_worst=with_worst)
+        tried = solve(lean, choices_at(places.T), with_worst=with_worst)
         with np.errstate(invalid="ignore"):
             gain = (tried.scores(goals) - before) / scale  # (choices, goals)
         of_feasible = -gain @ weights
