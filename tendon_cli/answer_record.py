@@ -134,7 +134,9 @@ if no pretension serves so many, `to` also if nothing bounds it.
 
 
 class ChoiceRecord(TypedDict):
-    """A row of `choices.parquet`, with its place; it has a value for the column of each axis, too.
+    """A row of `choices.parquet`, with its place.
+
+    It has a value for the column of each axis, too, and where there is a motion for its columns.
 
     `value_of` reads these and any other column by its name.
     """

@@ -145,10 +145,6 @@ _OF_STUDIES = (
     _quantity("elbow_speed", "θ̇", "angular speed", "speed of the elbow along the trajectory"),
     # Limits of a design that have no column yet, and what is asked of one.
     _quantity("max_pretension", "max F₀", "force", "largest pretension"),
-    _quantity("max_spool_travel", "max Δα", "angle", "largest rotation of the spool over the motion"),
-    _quantity("max_motor_work_in", "max W_m", "energy", "largest work of the motor over both strokes"),
-    _quantity("max_friction_loss", "max W_μ", "energy", "largest loss to friction over both strokes"),
-    _quantity("min_efficiency", "min ε", "number", "smallest 1 − friction's loss over the motor's work"),
     _quantity("serve", "share", "number", "share of people, draws or conditions that is enough"),
 )  # fmt: skip
 
@@ -342,10 +338,8 @@ PLAUSIBLE: dict[str, tuple[float, float]] = {
     # Limits.
     "min_flexor_tension": (0.0, 500.0), "min_extensor_tension": (0.0, 500.0), "max_tension": (1.0, 10000.0),
     "max_pretension": (1.0, 10000.0), "max_spring_extension": (0.001, 1.0), "peak_motor_torque": (0.01, 1000.0),
-    "max_torque_band": (0.01, 1000.0), "max_contact_pressure": (100.0, 1e6), "min_elbow_stiffness": (-1000.0, 1000.0),
-    "min_spool_to_tendon": (1.0, 200.0), "max_spool_travel": (0.1, 200.0), "max_backlash": (0.0001, 20.0),
-    "peak_motor_speed": (0.01, 1000.0), "peak_motor_power": (0.01, 10000.0), "max_motor_work_in": (0.001, 10000.0),
-    "max_friction_loss": (0.001, 10000.0),
+    "max_contact_pressure": (100.0, 1e6), "min_elbow_stiffness": (-1000.0, 1000.0), "min_spool_to_tendon": (1.0, 200.0),
+    "peak_motor_speed": (0.01, 1000.0), "peak_motor_power": (0.01, 10000.0),
     "torque_constant": (1e-4, 1e3), "counts_per_turn": (2.0, 1e8),
     # Bodies.
     "stature": (0.8, 2.5), "weight": (15.0, 350.0), "acromion_radiale_length": (0.12, 0.60),

@@ -7,8 +7,6 @@ ANGLES = (
     "elbow_angle",
     "rest_angle",
     "angle",
-    "max_spool_travel",
-    "max_backlash",
 )
 
 

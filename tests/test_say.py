@@ -113,7 +113,6 @@ def test_lines_end_between_quantities():
 def test_columns_are_words():
     assert say.column("flexor_tension_distal") == "flexor tension at the elbow"
     assert say.column("motor_work_in") == "motor work"
-    assert say.column("max_motor_work_in") == "max motor work"
 
 
 @pytest.mark.parametrize(

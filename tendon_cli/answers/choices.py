@@ -28,7 +28,7 @@ from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import RowTarget
 from tendon_cli.windows.candidates import may_refine, solve_part, summarise
 from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import Question, question_of, rows_to_prove
+from tendon_cli.windows.question import Question, affords_motion, question_of, rows_to_prove
 from tendon_cli.windows.solver import Solver
 
 CHOICES_PER_PART = 2**17
@@ -47,7 +47,8 @@ class Choices(Task):
     def __init__(self, question: Question, stop: threading.Event | None = None) -> None:
         self.question = question
         self.stop = stop or threading.Event()
-        self.solver = Solver(question, self.stop)
+        with_motion = affords_motion(question, len(question.choices))
+        self.solver = Solver(question, self.stop, with_motion=with_motion)
         self.persons = question.group_axis
         """Axis of persons or draws, which have a table; None if there are neither."""
         if question.states >= 2**63:

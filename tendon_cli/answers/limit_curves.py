@@ -23,7 +23,7 @@ from tendon_cli.windows.solver import Solver
 def curves_of(solver: Solver, choice: Solutions, ends: Ends) -> CurvesRecord:
     """Return the pretensions that each limit allows one choice over the motion, as recorded.
 
-    Limits on the whole motion have no curve. Along a trajectory the states count that hold at the
+    The limit on power has no curve. Along a trajectory the states count that hold at the
     end of the choice's window, and where tendons turn there those of the other direction.
 
     Args:

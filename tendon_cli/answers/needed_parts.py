@@ -16,12 +16,12 @@ from tendon_cli.answer_record import (
     SpringRecord,
     StrapRecord,
 )
+from tendon_cli.engine.plan import columns_of_motion
 from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import BREAKING_FORCE, FREE_LENGTH
-from tendon_cli.model.motor import peak_demand
-from tendon_cli.model.moving import Moving, motion_demand
+from tendon_cli.model.moving import Moving
 from tendon_cli.model.window import Ends
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import of_side
@@ -207,19 +207,13 @@ def _tightest(solver: Solver, choice: Solutions) -> tuple[float, float]:
 def _motor(solver: Solver, choice: Solutions) -> MotorRecord:
     """Return the largest torque, and speed and power if the study says how fast the joint moves."""
     question = solver.question
-    speed: float | None = None
-    power: float | None = None
-    trajectory = question.study.trajectory
-    if trajectory is not None or question.study.motion.speed is not None:
-        designs = solver.portions(choice.points.at_pretension(choice.pretension))
-        if trajectory is not None:
-            demands = [motion_demand(Moving.of(design, trajectory)) for _, _, design in designs]
-        else:
-            motion = question.angles, question.flexion, float(question.bounds.speed)
-            demands = [peak_demand(design, *motion) for _, _, design in designs]
-        speed, power = (finite_or_none(max(values)) for values in zip(*demands, strict=True))
+    peaks: dict[str, Array] = {}
+    if columns_of_motion(question.study):
+        names = ("peak_motor_speed", "peak_motor_power")
+        everyone = _everyone(question)
+        peaks = solver.worst_of_motion(choice.points, choice.pretension, everyone, names)
     return {
         "torque": abs(float(choice.worst.peak_motor_torque[0])),
-        "speed": speed,
-        "power": power,
+        "speed": finite_or_none(peaks["peak_motor_speed"][0]) if peaks else None,
+        "power": finite_or_none(peaks["peak_motor_power"][0]) if peaks else None,
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -48,6 +48,7 @@ from tendon_cli.answers.tables import VERIFIED, as_records, choice_columns, choi
 from tendon_cli.answers.text_notes import (
     PROOF_METHOD,
     note_on_judges,
+    note_on_motion,
     note_on_remedies,
     note_on_worst_values,
     note_without_fresh_sample,
@@ -55,6 +56,7 @@ from tendon_cli.answers.text_notes import (
 )
 from tendon_cli.answers.verified_record import fresh_record, verified_record
 from tendon_cli.engine.cutoff_check import check_of_designs
+from tendon_cli.engine.plan import columns_of_motion
 from tendon_cli.engine.task import Note
 from tendon_cli.model.kinematics import Rows
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
@@ -65,7 +67,7 @@ from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows import candidates
 from tendon_cli.windows.candidates import LimitPair
 from tendon_cli.windows.order import EQUAL, Order
-from tendon_cli.windows.question import Question, rows_to_prove
+from tendon_cli.windows.question import Question, affords_motion, rows_to_prove
 from tendon_cli.windows.solutions import Solutions, solve
 from tendon_cli.windows.solver import Solver
 from tendon_cli.windows.verification import Verified, Verifier
@@ -280,14 +282,16 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
     to_prove = rows_to_prove(question)
     relevant_rows = [row for note in notes for row in note["rows"]]
     rows = np.unique([*relevant_rows, *to_prove.tolist()])
-    relevant = solve(solver, question.points(rows))
+    with_motion = replace(solver, with_motion=affords_motion(question, len(rows)))
+    solver = replace(solver, with_motion=False)
+    relevant = solve(with_motion, question.points(rows))
     of_grid = relevant
     feasible = sum(note["feasible"] for note in notes)
     conflicts = Counter[LimitPair]()
     for note in notes:
         conflicts.update({tuple(names): count for names, count in note["conflicts"]})
     before = int(relevant.feasible.sum())
-    relevant, named, certificates, proved = _with_proofs(solver, relevant, to_prove, report)
+    relevant, named, certificates, proved = _with_proofs(with_motion, relevant, to_prove, report)
     feasible -= before - int(relevant.feasible.sum())
     verifier = Verifier.of(solver)
     named.verify(verifier, proved)
@@ -514,8 +518,11 @@ def _notes(question: Question, verifier: Verifier | None) -> Iterator[str]:
     if verifier is None and question.conditions.groups is not None:
         is_wanted = question.study.design.verify > 0
         yield note_without_fresh_sample(question.groups.noun, is_wanted=is_wanted)
+    choices = len(question.choices)
     if candidates.leaves_out(question):
-        yield note_on_worst_values(len(question.choices))
+        yield note_on_worst_values(choices)
+    if columns_of_motion(question.study) and not affords_motion(question, choices):
+        yield note_on_motion(choices)
 
 
 def _remedies(

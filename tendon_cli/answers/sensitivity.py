@@ -18,10 +18,10 @@ from tendon_cli.answers.text_people import input_words
 from tendon_cli.model.bounds import Bounds, limit_end
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Spline
-from tendon_cli.model.limits import CONTACT_PRESSURE, LIMIT_NAMES, LIMITS
+from tendon_cli.model.limits import CONTACT_PRESSURE, LIMIT_NAMES, LIMITS, POWER
 from tendon_cli.model.limits import PRETENSION as LIMIT_PRETENSION
-from tendon_cli.model.motor_window import motion_excess
 from tendon_cli.model.moving import Moving
+from tendon_cli.model.power_window import power_excess
 from tendon_cli.model.setting import pretension_of, reading_at
 from tendon_cli.space.axis import (
     DRAW_AXIS,
@@ -76,8 +76,7 @@ def sensitivities(solver: Solver, choice: Solutions) -> list[SensitivityRecord]:
     `key` is the dotted key of a number, or `limits.` and the name of a limit, and `slope` is N per
     its SI unit; `steady` is true if the same limit binds in the same state when the number is 1 %
     larger or smaller, for the person or draw that sets the end if there are some. An end has no
-    records if the limit that sets it is one on neither states nor the motion, if it has no slope,
-    or if it is infinite.
+    records if the limit that sets it is not on states, if it has no slope, or if it is infinite.
     """
     numbers = {end: _numbers_at(solver.question, choice, end) for end in ENDS}
     changes = {
@@ -114,17 +113,11 @@ def _solver_of_group(solver: Solver, choice: Solutions, end: End) -> Solver:
 
 
 def _has_slopes(choice: Solutions, end: End) -> bool:
-    """Return True if an end is finite, and the limit that sets it is on states or the motion."""
+    """Return True if an end is finite, and the limit that sets it is on states."""
     binding = choice.binding(end)
     is_of_state = int(binding.state[0]) >= 0
     is_finite = bool(np.isfinite(choice.pretension_at(end)[0]))
-    return is_finite and (is_of_state or _is_of_motion(int(binding.by[0])))
-
-
-def _is_of_motion(code: int) -> bool:
-    """Return True if a limit is one on the whole motion."""
-    name = LIMIT_NAMES[code]
-    return code >= 0 and name in LIMITS and LIMITS[name].of_motion
+    return is_finite and (is_of_state or int(binding.by[0]) == POWER)
 
 
 def _numbers_at(question: Question, choice: Solutions, end: End) -> dict[str, float]:
@@ -155,15 +148,14 @@ def _of_end(
     code = int(binding.by[0])
     state = int(binding.state[0])
     name = LIMIT_NAMES[code]
-    of_motion = _is_of_motion(code)
     points = choice.points
     alone = question.for_conditions(binding.condition)
     bounds = alone.bounds
     design = alone.designs(points)
     slope = (
-        _slope_of_motor_end(alone, choice, end, design)
-        if of_motion
-        else _slope_of_state_end(alone, choice, end)
+        _slope_of_power_end(alone, choice, end, design)
+        if code == POWER
+        else _slope_of_form_end(alone, choice, end)
     )
 
     def record(
@@ -180,7 +172,7 @@ def _of_end(
         }
 
     derivatives = dict.fromkeys(values, math.nan)
-    if not of_motion and values:
+    if code != POWER and values:
         stepped_one_each = _stepped_one_each(alone.condition_numbers, values)
         along = slope(alone.designs(points, stepped_one_each), bounds)
         derivatives = dict(zip(values, np.broadcast_to(along, len(values)).tolist(), strict=True))
@@ -219,8 +211,8 @@ def _stepped_one_each(given: Numbers, values: Mapping[str, float]) -> dict[str, 
     return stepped
 
 
-def _slope_of_state_end(alone: Question, choice: Solutions, end: End) -> Slope:
-    """Return the slope of an end that a limit on a state sets, where the limit is just kept."""
+def _slope_of_form_end(alone: Question, choice: Solutions, end: End) -> Slope:
+    """Return the slope of an end that a limit on a form sets, where the limit is just kept."""
     code = int(choice.binding(end).by[0])
     state = int(choice.binding(end).state[0])
     angle_between = float(choice.binding(end).angle[0])
@@ -243,13 +235,11 @@ def _slope_of_state_end(alone: Question, choice: Solutions, end: End) -> Slope:
     return slope
 
 
-def _slope_of_motor_end(alone: Question, choice: Solutions, end: End, design: Design) -> Slope:
-    """Return the slope of an end F that a limit on the motor sets.
+def _slope_of_power_end(alone: Question, choice: Solutions, end: End, design: Design) -> Slope:
+    """Return the slope of an end F that the limit on power sets.
 
     Its excess e is 0 there, so that dF/dp = -(de/dp)/(de/dF).
     """
-    name = LIMIT_NAMES[choice.binding(end).by[0]]
-    state = int(choice.binding(end).state[0])
     pretension = float(choice.pretension_at(end)[0])
 
     flexion = alone.flexion
@@ -260,12 +250,11 @@ def _slope_of_motor_end(alone: Question, choice: Solutions, end: End, design: De
         flexion = held.reshape(1, -1)
 
     def excess_of(changed: Design, bounds: Bounds, at_pretension: complex) -> complex:
-        return motion_excess(name, changed, alone.angles, flexion, bounds, at_pretension, state)
+        return power_excess(changed, alone.angles, flexion, bounds, at_pretension)
 
     def slope(changed: Design, bounds: Bounds) -> Array:
         by_number = excess_of(changed, bounds, pretension).imag
         by_pretension = excess_of(design, alone.bounds, pretension + _STEP * 1j).imag
-        # A motor that does no work has no efficiency, and its excess no slope.
         return np.array(-by_number / by_pretension if by_pretension else math.nan)
 
     return slope

@@ -15,6 +15,7 @@ from tendon_cli import say
 from tendon_cli.answer_record import ChoiceRecord
 from tendon_cli.answers.people import GroupWindows, people_of
 from tendon_cli.answers.setup import SETTING_COLUMNS, settings
+from tendon_cli.engine.plan import columns_of_motion
 from tendon_cli.engine.table_columns import (
     axis_column,
     carried_columns,
@@ -95,6 +96,7 @@ def choice_columns(question: Question) -> tuple[Column, ...]:
         Column.of(QUANTITIES["elbow_angle"], "to_elbow_angle"),
         *_times(question),
         *_of_quantities("served", "served_at", "pretension", *WORST, read=read),
+        *_of_quantities(*columns_of_motion(question.study)),
         *_settings_of_choices(),
         *_of_quantities("tolerance_length", read=read),
         Column("advice", "text", "1", "advice that it fails; empty if none", choices=ADVICE),
@@ -148,6 +150,7 @@ def choice_rows(question: Question, choices: Solutions, refined: Flags) -> Colum
         refined: True for a choice between the points of the grid.
     """
     at_pretension = choices.points.at_pretension(choices.pretension)
+    unknown = np.full(len(choices), np.nan)
     return {
         **choices.points.columns,
         **_set_by_names(question.choices, question.choices.at(choices.points.numbers)),
@@ -162,6 +165,10 @@ def choice_rows(question: Question, choices: Solutions, refined: Flags) -> Colum
         "served_at": choices.served_at,
         "pretension": choices.pretension,
         **{name: getattr(choices.worst, name) for name in WORST},
+        **{
+            name: choices.worst.motion.get(name, unknown)
+            for name in columns_of_motion(question.study)
+        },
         "advice": choices.advice,
         **settings(study_arm(question, at_pretension), _to_set(question, choices), len(choices)),
         "tolerance_length": _finite(choices.tolerance_length),

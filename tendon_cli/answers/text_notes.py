@@ -15,8 +15,6 @@ PROOF_METHOD = (
     " angle and of numbers in a box, in both directions, at both ends of the window and of the"
     " loads"
 )
-_SEVERAL = {"peak_motor_power", "max_motor_work_in", "max_friction_loss", "min_efficiency"}
-"""Limits that several intervals of pretension may keep."""
 
 
 def question_notes(
@@ -56,11 +54,10 @@ def question_notes(
             f"{names}: the window holds for the whole interval; the worst values are those at its"
             " ends"
         )
-    several = [name for name in study.limit_names if name in _SEVERAL]
-    if several:
+    if "peak_motor_power" in study.limit_names:
         yield (
-            f"{', '.join(several)}: if several intervals of pretension keep this limit,"
-            " the widest is used"
+            "peak_motor_power: if several intervals of pretension keep this limit, the widest is"
+            " used"
         )
     if study.people is not None and study.people.content is None:
         yield from study.people.population.notes
@@ -79,6 +76,14 @@ def note_on_worst_values(choices: int) -> str:
     return (
         f"all {choices:,} choices have their window, but only those that may be the best have the"
         " worst values at their pretension; these are null for the others"
+    )
+
+
+def note_on_motion(choices: int) -> str:
+    """Note that most of so many choices have no columns of motion."""
+    return (
+        f"work, loss, travel and the other columns of the whole motion take too long for all"
+        f" {choices:,} choices: they are null but for those that may be the best and for goals"
     )
 
 

@@ -24,11 +24,6 @@ def columns_of(limit: str) -> list[str]:
     return [column, *(f"{column}_{side}" for side in SIDES)]
 
 
-def columns_that_judge(limit: str) -> list[str]:
-    """Return the columns from which it follows if a design or a side of it breaks a limit."""
-    return [*dict.fromkeys((*columns_of(limit), *LIMITS[limit].judged_by))]
-
-
 def breaches_in(columns: Mapping[str, Array], bounds: Mapping[str, Array]) -> Iterator[Breach]:
     """Yield every breach of a limit by a design, in SI.
 
@@ -57,7 +52,7 @@ def breaches_in(columns: Mapping[str, Array], bounds: Mapping[str, Array]) -> It
                 continue
             values = columns[name]
             with np.errstate(invalid="ignore"):  # without a bound there is no share of it
-                excess = LIMITS[limit].beyond_in(columns, name, bound) / scale
+                excess = LIMITS[limit].beyond(values, bound) / scale
             excess = np.where(excess > SLACK_TOLERANCE, excess, -np.inf)
             yield from _breaches_of(limit, values, of_designs, excess, is_failing, columns)
 

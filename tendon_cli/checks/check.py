@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.checks.breaches import Breach, breaches_in, columns_that_judge
+from tendon_cli.checks.breaches import Breach, breaches_in, columns_of
 from tendon_cli.checks.check_text import (
     NEGATIVE,
     NO_EQUILIBRIUM,
@@ -119,7 +119,7 @@ def _check_designs(cube: Cube, worst: int) -> dict[str, Any]:
     table: Any = cube.table
     names = ["design", "feasible", "taut", "margin", "required_pretension"]
     for limit in cube.limits:
-        names += [*columns_that_judge(limit), *cube.columns_of_bound(limit)]
+        names += [*columns_of(limit), *cube.columns_of_bound(limit)]
     names = [name for name in dict.fromkeys(names) if name in table.schema.names]
     breaches: list[Breach] = []
     broken: Counter[str] = Counter()

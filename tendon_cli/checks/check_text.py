@@ -93,9 +93,6 @@ def _excess_text(breach: Record) -> str:
         missing = _shown("margin", -breach["value"])
         return f"goes slack, {missing} short of the pretension that it needs"
     column = LIMITS[limit].column
-    if not math.isfinite(breach["value"]):
-        source = LIMITS[limit].null_without
-        return f"has no {column}, because its {source} is {_shown(source, 0.0)}"
     value = _shown(column, breach["value"])
     bound = _shown(column, breach["bound"])
     side = "below" if limit.startswith("min_") else "above"

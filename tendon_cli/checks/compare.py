@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.checks.breaches import breaches_in, columns_that_judge
+from tendon_cli.checks.breaches import breaches_in, columns_of
 from tendon_cli.checks.check_text import WORST, CheckResult, comparison_text, finite
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube, cube_of
@@ -317,7 +317,7 @@ class TablePair:
         """
         names = ["feasible", "taut", "margin", "required_pretension"]
         for limit in cube.limits:
-            names += [*columns_that_judge(limit), *cube.columns_of_bound(limit)]
+            names += [*columns_of(limit), *cube.columns_of_bound(limit)]
         known = [name for name in dict.fromkeys(names) if name in cube.columns]
         common = [name for name in known if all(name in each.columns for each in self._cubes)]
         columns: dict[str, Any] = {name: self.both(name)[place] for name in common}

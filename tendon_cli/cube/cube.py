@@ -21,7 +21,6 @@ from tendon_cli.cube.room import (
     bounded_column,
     bounded_values,
     has_bounded_column,
-    judging_columns,
     room_to,
 )
 from tendon_cli.engine.states import WorkedOut
@@ -254,19 +253,18 @@ class Cube:
         """Return the room that a limit of the study leaves at some rows.
 
         It is positive where the limit is kept, negative where it is broken, and NaN where there is
-        nothing to compare; SI, in the shape of `rows`. Where a design has nothing to bound and so
-        breaks the limit, it is -infinite.
+        nothing to compare; SI, in the shape of `rows`.
         """
         column = bounded_column(limit)
         own = self.columns_of_bound(limit)
         is_column = column in self.columns and self.with_sides(column) == [column]
         if is_column and has_bounded_column(limit, self.kind):
-            needed = [*judging_columns(limit), *own]
-            columns = self.gather(rows, [name for name in needed if name in self.columns])
+            columns = self.gather(rows, [column, *own])
+            values = columns[column]
         else:
             values = bounded_values(self.study, self.kind, limit, rows)
-            columns = {**self.gather(rows, own), column: values}
-        return room_to(limit, columns, self.bound(limit, columns))
+            columns = self.gather(rows, own)
+        return room_to(limit, values, self.bound(limit, columns))
 
     def columns_of_bound(self, limit: str) -> list[str]:
         """Return the column that has the limit of each row; none if all rows share it."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import numpy.typing as npt
 
@@ -32,11 +30,6 @@ def has_bounded_column(name: str, kind: str) -> bool:
     return kind != "states" or LIMITS[name].of_design is not None
 
 
-def judging_columns(name: str) -> tuple[str, ...]:
-    """Return the columns of designs from which it follows if one breaks a limit."""
-    return LIMITS[name].judged_by
-
-
 def sign_of(name: str) -> str:
     """Return the sign of a limit as an inequality: ≥ if it bounds from below."""
     return "≥" if LIMITS[name].from_below else "≤"
@@ -52,15 +45,15 @@ def bound_of(name: str, values: Floats) -> Floats:
     return LIMITS[name].bound_of(values)
 
 
-def room_to(name: str, columns: Mapping[str, Floats], bound: Floats) -> Floats:
-    """Return the room that rows leave to the bound of a limit, negative where they break it.
+def room_to(name: str, values: Floats, bound: Floats) -> Floats:
+    """Return the room that values leave to the bound of a limit, negative where they break it.
 
     Args:
         name: The limit.
-        columns: Columns of the rows, SI; among them the one that the limit bounds.
+        values: What it bounds in each row, SI.
         bound: Bound of each row, SI.
     """
-    return LIMITS[name].room_in(columns, bounded_column(name), bound)
+    return LIMITS[name].room(values, bound)
 
 
 def bounded_values(study: Study, kind: str, name: str, rows: Rows) -> Floats:

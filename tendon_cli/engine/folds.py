@@ -229,14 +229,14 @@ class Folds:
             low = ends["low"]
             high = ends["high"]
             required = {_REQUIRED: ends[_REQUIRED]}
-        elif bounds.of_motion:  # limits over several states at once
-            from tendon_cli.model.motor_window import narrow  # only these pay for its import
+        elif bounds.asks_power:
+            from tendon_cli.model.power_window import within_power  # only power pays for its import
 
             motion = plan.motion(block)
-            of_states = window.window(design, *motion, bounds)
-            narrowed = narrow(of_states, design, *motion, bounds)
-            low = narrowed.low
-            high = narrowed.high
+            of_forms = window.window(design, *motion, bounds)
+            within = within_power(of_forms, design, *motion, bounds)
+            low = within.low
+            high = within.high
         else:
             folded = window.begin(block.shape[:-2])
             angles = len(plan.elbow_angles)

@@ -176,9 +176,7 @@ class Plan:
     @property
     def of_motion(self) -> tuple[str, ...]:
         """Columns of `designs` that a speed of the joint, or a trajectory, adds."""
-        if self.study.trajectory is not None:
-            return (*OF_CYCLES, *OF_TRAJECTORIES)
-        return OF_CYCLES if self.study.motion.speed is not None else ()
+        return columns_of_motion(self.study)
 
     @property
     def states_per_design(self) -> int:
@@ -319,6 +317,13 @@ class Plan:
 def part_range(count: int, length: int, index: int) -> range:
     """Return one part of `count` designs or choices, each part but the last of one length."""
     return range(count)[index * length : (index + 1) * length]
+
+
+def columns_of_motion(study: Study) -> tuple[str, ...]:
+    """Return the columns of a design that a speed of the joint, or a trajectory, adds."""
+    if study.trajectory is not None:
+        return (*OF_CYCLES, *OF_TRAJECTORIES)
+    return OF_CYCLES if study.motion.speed is not None else ()
 
 
 def bounds_of(study: Study, space: Space) -> Bounds:

@@ -12,7 +12,7 @@ from tendon_cli.cube.axes import LOAD, TIME
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel
-from tendon_cli.cube.room import bounded_column, room_to
+from tendon_cli.cube.room import room_to
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.layout import CurvePlan
 from tendon_cli.figures.limit_remarks import crosses_zero, limit_remarks
@@ -250,8 +250,7 @@ def _marks(cube: Cube, read: Mapping[str, ColumnArray], name: str) -> tuple[Trut
         slack = read["taut"] == 0.0
         any_slack = slack
     if _STIFFNESS in read:
-        columns = {bounded_column(STIFFNESS): read[_STIFFNESS]}
-        unstable = room_to(STIFFNESS, columns, cube.bound(STIFFNESS, read)) < 0.0
+        unstable = room_to(STIFFNESS, read[_STIFFNESS], cube.bound(STIFFNESS, read)) < 0.0
     elif "stable" in read:
         unstable = read["stable"] == 0.0
     return slack, any_slack, unstable

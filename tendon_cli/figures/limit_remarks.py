@@ -40,7 +40,7 @@ def limit_remarks(
     broken_at: dict[tuple[str, bool], list[str]] = {}
     for name, text in limits.items():
         pieces = rooms[name]
-        has_value = [bool((room < np.inf).any()) for room in pieces]
+        has_value = [bool(np.isfinite(room).any()) for room in pieces]
         is_broken = [bool((room < 0.0).any()) and not crosses_zero(room) for room in pieces]
         has_line = any(map(crosses_zero, pieces))
         broken = [place for place, is_so in zip(places, is_broken, strict=True) if is_so]

@@ -73,7 +73,7 @@ def map_data(cube: Cube, plan: MapPlan, spec: FigureSpec) -> MapData:
     margins = _in_order(margin.scaled(read[MARGIN]), x, y)
     # The limit on stiffness comes first, as in the key.
     limits = dict.fromkeys((STIFFNESS, *cube.limits))
-    rooms = {name: _in_order(_finite_below(cube.room(name, rows)), x, y) for name in limits}
+    rooms = {name: _in_order(cube.room(name, rows), x, y) for name in limits}
     pictures = _group_pictures(margins, rooms, _panel_titles(cube, plan, spec))
     first = [panels[0] for panels, _ in pictures]
     titles = [_join_titles(names) for _, names in pictures]
@@ -104,12 +104,6 @@ def map_data(cube: Cube, plan: MapPlan, spec: FigureSpec) -> MapData:
             *repeated,
         ),
     )
-
-
-def _finite_below(room: Floats) -> Floats:
-    """Put the largest finite magnitude for room that is -infinite, so that a line can be drawn."""
-    deepest = np.abs(room[np.isfinite(room)]).max(initial=0.0)
-    return np.maximum(room, -(deepest or 1.0))
 
 
 def _in_order(values: Floats, x: Scale, y: Scale) -> Floats:

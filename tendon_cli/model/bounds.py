@@ -23,6 +23,7 @@ from tendon_cli.model.limits import (
     FLEXOR_SLACK,
     LIMIT_NAMES,
     LIMITS,
+    POWER,
     PRETENSION,
 )
 from tendon_cli.model.statics import SLACK_TOLERANCE
@@ -80,9 +81,9 @@ class Bounds(Mapping[str, "Real"]):
         return [limit for name, limit in LIMITS.items() if name in self and self.asks(name).any()]
 
     @property
-    def of_motion(self) -> list[DesignLimit]:
-        """Limits in `asked` that compare states of the whole motion."""
-        return [limit for limit in self.asked if limit.of_motion]
+    def asks_power(self) -> bool:
+        """True if the motor's power is bounded in at least one of the designs."""
+        return bool(np.any(self.asks(LIMIT_NAMES[POWER])))
 
 
 @dataclass(frozen=True, eq=False)

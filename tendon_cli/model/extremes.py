@@ -269,8 +269,7 @@ def judge(columns: Extremes, limits: Mapping[str, Real]) -> dict[str, Flags]:
     """Return which designs are `taut` in every state, `stable` in each, and `feasible`.
 
     A feasible design is both, and within every limit on a column as well. Limits are compared with
-    the tolerance of slack. Limits on missing columns are skipped. NaN counts as within a limit, but
-    for a limit whose quantity is null because the motor does nothing (`DesignLimit.null_without`).
+    the tolerance of slack. Limits on missing columns are skipped. NaN counts as within a limit.
 
     Args:
         columns: Result columns of designs, SI.
@@ -283,7 +282,7 @@ def judge(columns: Extremes, limits: Mapping[str, Real]) -> dict[str, Flags]:
         limit = LIMITS[name]
         column = name if limit.of_design else limit.column
         if column in columns and name != "min_elbow_stiffness":
-            excess = limit.beyond_in(columns, column, bound)
+            excess = limit.beyond(columns[column], bound)
             feasible = feasible & ~(excess > SLACK_TOLERANCE * np.abs(bound))
     return {"taut": taut, "stable": stable, "feasible": feasible}
 

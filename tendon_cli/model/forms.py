@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -75,7 +75,7 @@ class Need:
 
 @dataclass(frozen=True, eq=False)
 class DesignLimit:
-    """One limit: on forms of single states, on a number of the design, or on the whole motion."""
+    """One limit: on forms of states, on a number of the design, or with neither on power."""
 
     name: str
     """Key of `[limits]` and name of its quantity; min_ bounds from below, max_ from above, peak_ in
@@ -88,15 +88,8 @@ class DesignLimit:
     """Forms of a `State` at a speed of the elbow (rad/s); the bound holds for every one."""
     of_design: Callable[[Any], Array] | None = None
     """Quantity of a `Design`, whatever its state."""
-    lines: Callable[[Any], Any] | None = None
-    """Quantity of a `Motor`, bounded in magnitude: straight lines in pretension, or None."""
-    excess: Callable[[Any, Real], Callable[[Array], Array]] | None = None
-    """Excess of a `Motor` over a bound, as a function of pretension that is no straight line."""
     column: str = ""
     """Column of designs that it bounds, by default the one of its name."""
-    null_without: str = ""
-    """Column of designs without which there is nothing to bound: where it is 0, the limit is
-    broken."""
     needs: tuple[Need, ...] = ()
     """Numbers that a study must state."""
     default: float | None = None
@@ -104,11 +97,6 @@ class DesignLimit:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "column", self.column or self.name)
-
-    @property
-    def judged_by(self) -> tuple[str, ...]:
-        """Columns of designs from which it follows if one breaks the limit."""
-        return (self.column, self.null_without) if self.null_without else (self.column,)
 
     @property
     def from_below(self) -> bool:
@@ -119,11 +107,6 @@ class DesignLimit:
     def in_magnitude(self) -> bool:
         """True if the largest magnitude is bounded, on either side of zero."""
         return self.name.startswith("peak_")
-
-    @property
-    def of_motion(self) -> bool:
-        """True if the limit compares states of the whole motion."""
-        return self.lines is not None or self.excess is not None
 
     def bound_of(self, values: Real) -> Array:
         """Return bounds that are infinite, and so bound nothing, where values are NaN."""
@@ -145,33 +128,13 @@ class DesignLimit:
             return np.asarray(np.abs(values) - bound)
         return np.asarray(values - bound)
 
-    def beyond_in(self, columns: Mapping[str, Array], name: str, bound: Real) -> Array:
-        """Return the excess of designs over a bound, infinite where they have nothing to bound.
-
-        Args:
-            columns: Columns of the designs, SI.
-            name: Name of the column that the bound is on.
-            bound: Bound, SI.
-        """
-        excess = self.beyond(columns[name], bound)
-        if self.null_without not in columns:
-            return excess
-        has_nothing = np.isnan(columns[name]) & (columns[self.null_without] == 0.0)
-        return np.where(has_nothing & np.isfinite(bound), np.inf, excess)
-
-    def room_in(self, columns: Mapping[str, Array], name: str, bound: Real) -> Array:
-        """Return the room that designs leave to a bound, negative where they break it.
+    def room(self, values: Array, bound: Real) -> Array:
+        """Return the room that values leave to a bound, negative where they break it.
 
         It is in the unit of the bound, and 0 within rounding of it. NaN, where there is nothing to
-        compare, stays NaN. It is infinite without a bound, and -infinite where a design has
-        nothing to bound and so breaks the limit.
-
-        Args:
-            columns: Columns of the designs, SI.
-            name: Name of the column that the bound is on.
-            bound: Bound, SI.
+        compare, stays NaN. It is infinite without a bound.
         """
-        room = -self.beyond_in(columns, name, bound)
+        room = -self.beyond(values, bound)
         is_rounding = np.abs(room) <= SLACK_TOLERANCE * np.abs(bound)
         return np.where(is_rounding & np.isfinite(room), 0.0, room)
 
@@ -183,10 +146,10 @@ class DesignLimit:
             speed: Speed of the elbow, rad/s.
 
         Raises:
-            TypeError: If the limit is not on single states.
+            TypeError: If the limit is not on forms.
         """
         if self.forms is None:
-            raise TypeError(f"{self.name} is not a limit on single states")
+            raise TypeError(f"{self.name} is not a limit on forms")
         parts = state.balance.flexor, state.balance.extensor, state.elbow_stiffness
         first, *others = (form.of(*parts) + form.constant for form in self.forms(state, speed))
         worst = first

@@ -4,14 +4,14 @@ From this table follow the schema of `[limits]`, the bounds that windows are hel
 compiled code, the column of designs that a limit bounds, `feasible`, the state that breaks it
 worst, its words, and its row of the reference. In a taut state the tensions x and y and the elbow
 stiffness k are straight lines in the common pretension F (`statics.Response`), so a limit on a
-*form*, a x + b y + c k + d, is a half-line in F. The other limits bound a number of the design or
-compare states of the whole motion (`motor_window`). SI units, angles in radians; arguments
+*form*, a x + b y + c k + d, is a half-line in F. Other limits bound a number of the design; power
+alone is a product of two such lines (`power_window`). SI units, angles in radians; arguments
 broadcast as in `actuator`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -117,24 +117,6 @@ def _motor_speed(at: Any, speed: Real) -> Form:
     turn_per_torque = np.where(at.rates.speed < 0.0, -1.0, 1.0) / torque_per_turn
     stiffness = at.rates.speed * turn_per_torque
     return Form(stiffness=stiffness, constant=at.rates.torque * turn_per_torque)
-
-
-def _lost_efficiency(motor: Any, least: Real) -> Callable[[Array], Array]:
-    """Return a function of pretension: friction's loss beyond what an efficiency allows, J.
-
-    A motor that does no work has no efficiency, which breaks the limit: as its work goes to zero
-    beside the same loss, its efficiency falls without end.
-    """
-
-    def excess(pretension: Array) -> Array:
-        work = motor.work(pretension)
-        is_idle = (work == 0.0) & np.isfinite(least)
-        with np.errstate(invalid="ignore"):  # no work, and no bound
-            allowed = (1.0 - least) * work
-        without_work = np.where(is_idle, np.inf, -np.inf)
-        return np.where(work > 0.0, motor.loss(pretension) - allowed, without_work)
-
-    return excess
 
 
 _ALL = (
@@ -268,46 +250,6 @@ _ALL = (
         of_design=spool_to_tendon,
     ),
     DesignLimit(
-        "max_spool_travel",
-        (0.0, 1e6),
-        LimitWords(
-            "spool turns too far",
-            "spool travel",
-            "the spool turns by more than {}",
-            "keeps the spool within {}",
-            "turns the spool by more than {}",
-        ),
-        column="spool_travel",
-        needs=(SPEED,),
-        excess=lambda motor, most: lambda at: np.ptp(motor.spool_angle.at(at), axis=1) - most,
-    ),
-    DesignLimit(
-        "max_backlash",
-        (0.0, 1e6),
-        LimitWords(
-            "too much backlash",
-            "backlash",
-            "the spool differs by more than {} between the directions",
-            "keeps the backlash below {}",
-            "causes a backlash of more than {}",
-        ),
-        needs=(SPEED,),
-        lines=lambda motor: motor.between(motor.spool_angle),
-    ),
-    DesignLimit(
-        "max_torque_band",
-        (0.0, 1e7),
-        LimitWords(
-            "torque differs too much",
-            "torque difference",
-            "the motor torque differs by more than {} between directions",
-            "keeps the directions within {} of torque",
-            "makes the motor torque differ by more than {}",
-        ),
-        needs=(SPEED,),
-        lines=lambda motor: motor.between(motor.torque),
-    ),
-    DesignLimit(
         "peak_motor_speed",
         (0.0, 1e6),
         LimitWords(
@@ -331,50 +273,6 @@ _ALL = (
             "asks the motor for more than {}",
         ),
         needs=(SPEED,),
-        excess=lambda motor, most: lambda at: np.max(motor.power(at), axis=1) - most,
-    ),
-    DesignLimit(
-        "max_motor_work_in",
-        (0.0, 1e9),
-        LimitWords(
-            "motor work too high",
-            "motor work",
-            "the motor works more than {} per cycle",
-            "keeps the motor below {}",
-            "asks the motor for more than {} per cycle",
-        ),
-        column="motor_work_in",
-        needs=(SPEED,),
-        excess=lambda motor, most: lambda at: motor.work(at) - most,
-    ),
-    DesignLimit(
-        "max_friction_loss",
-        (0.0, 1e9),
-        LimitWords(
-            "friction loss too high",
-            "friction loss",
-            "friction takes more than {} per cycle",
-            "keeps the friction loss below {}",
-            "loses more than {} per cycle to friction",
-        ),
-        column="friction_loss",
-        needs=(SPEED,),
-        excess=lambda motor, most: lambda at: motor.loss(at) - most,
-    ),
-    DesignLimit(
-        "min_efficiency",
-        (-1e6, 1.0),
-        LimitWords(
-            "efficiency too low",
-            "efficiency",
-            "the efficiency is below {}",
-            "keeps the efficiency above {}",
-            "lowers the efficiency below {}",
-        ),
-        column="efficiency",
-        null_without="motor_work_in",
-        needs=(SPEED,),
-        excess=_lost_efficiency,
     ),
 )
 LIMITS: Mapping[str, DesignLimit] = {limit.name: limit for limit in _ALL}
@@ -389,6 +287,8 @@ LIMIT_NAMES = ("flexor slack", "extensor slack", "no equilibrium", *LIMITS)
 """Names of limits by code. Slack and states without equilibrium are always limits."""
 FLEXOR_SLACK, EXTENSOR_SLACK, NO_EQUILIBRIUM = range(3)
 PRETENSION = LIMIT_NAMES.index("max_pretension")
+POWER = LIMIT_NAMES.index("peak_motor_power")
+"""Code of the one limit on states that is neither on a form nor on a number of the design."""
 NOTHING = -1
 """Code if no limit binds: the window begins at 0, or has no upper end."""
 GIVEN = (

@@ -21,16 +21,16 @@ import numpy as np
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design, shape_of
 from tendon_cli.model.kinematics import Array, Flags, Rows
-from tendon_cli.model.limits import LIMIT_NAMES, NOTHING, PRETENSION, Codes
+from tendon_cli.model.limits import LIMIT_NAMES, NOTHING, POWER, PRETENSION, Codes
 from tendon_cli.model.motor import select_points
 from tendon_cli.model.moving import Moving, motion_columns
+from tendon_cli.model.power_window import widest
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.model.window import Window, broken_by_design, ceiling, ends_of_states
 from tendon_cli.quantities import SIDES
 
 OF_WHAT_HOLDS = ("min_elbow_stiffness", "peak_motor_speed")
 """Limits for which only the states that hold count, also where the tendons turn."""
-_POWER = "peak_motor_power"
 _SAMPLES = 17
 """Pretensions among which a window is sought if none suits both directions everywhere."""
 _MOVES = 12
@@ -39,17 +39,16 @@ _HALVINGS = 50
 _SAME = 1e-12
 """Relative distance within which two pretensions are the same."""
 _ROOT_STEPS = 90
-"""Most steps of the search for an end that a limit on the whole motion sets, a third of them
-halvings."""
+"""Most steps of the search for an end that power sets, a third of them halvings."""
 _CLOSE = 1e-11
 """Relative width of an interval in which an end is known well enough."""
 _TINY = 1e-9
-"""Least bound, in SI units, to which an excess is related."""
+"""Least bound on power, W, to which an excess is related."""
 _STATES_AT_ONCE = 2**16
 """States of a portion of samples."""
 _STEP = 100.0  # N; beyond the largest limit, if nothing bounds a window that is sought
 _DOUBLINGS = 16
-"""Most doublings of a window without an upper end, until a limit on the whole motion is broken."""
+"""Most doublings of a window without an upper end, until the limit on power is broken."""
 
 
 def window_along(design: Design, trajectory: Trajectory, bounds: Bounds) -> Window:
@@ -287,7 +286,7 @@ class Search:
         is_endless = np.isinf(window.high)
         window.high_state[is_endless] = -1
         window.high_by[is_endless] = NOTHING
-        return self._narrowed(window)
+        return self._within_power(window)
 
     def _move(self, window: Window, rows: Rows, *, upper: bool) -> None:
         """Move an end of windows outward, in place, as far as the states that count allow.
@@ -375,7 +374,7 @@ class Search:
         tight = self._at_samples(samples)
         excess = tight.excess(samples.ravel()).reshape(samples.shape)
         window = _window_of(tight.select(_flat_place(excess.argmin(axis=1))))
-        start, stop = _widest(excess <= 0.0)
+        start, stop = widest(excess <= 0.0)
         has_kept = start >= 0
         is_unclear = ~has_kept & (window.low <= window.high)
         window.low[is_unclear] = np.nan
@@ -412,23 +411,22 @@ class Search:
         for start in range(first, last, step):
             yield slice(start, min(start + step, last))
 
-    # --- Limits on the whole motion ---------------------------------------------------------------
+    # --- Power ------------------------------------------------------------------------------------
 
-    def _narrowed(self, window: Window) -> Window:
-        """Return windows with the limits on the whole motion, too.
+    def _within_power(self, window: Window) -> Window:
+        """Return windows with the limit on the motor's power, too.
 
-        They allow no half-line of pretensions: the widest interval among samples is used, with ends
+        It allows no half-line of pretensions: the widest interval among samples is used, with ends
         by a search for the root of the excess.
         """
         rows = np.flatnonzero(window.low <= window.high)
-        if not self.bounds.of_motion or not len(rows):
+        if not self.bounds.asks_power or not len(rows):
             return window
         search = self.select(rows)
         part = Window(**{name: values[rows] for name, values in vars(window).items()})
         search.cut_to_widest(part)
-        code = LIMIT_NAMES.index(_POWER)
         for name in ("low", "high"):
-            is_by_power = getattr(part, f"{name}_by") == code
+            is_by_power = getattr(part, f"{name}_by") == POWER
             by_power = np.flatnonzero(is_by_power & np.isfinite(getattr(part, name)))
             if len(by_power):
                 ends = getattr(part, name)[by_power]
@@ -438,80 +436,62 @@ class Search:
         return window
 
     def cut_to_widest(self, window: Window) -> None:
-        """Cut windows to the widest interval within the limits on the whole motion, in place."""
-        samples = _spread(window.low, self._last_of_motion(window))  # (N, samples), N
-        parts = [self.excess(samples[:, part].T) for part in self.portions(0, _SAMPLES)]
-        excess = np.concatenate(parts, axis=1)  # (limits, samples, N)
-        codes = np.array([LIMIT_NAMES.index(limit.name) for limit in self.bounds.of_motion])
-        broken = (excess > 0.0).transpose(0, 2, 1)
-        start, stop = _widest(np.asarray(~broken.any(axis=0)))
+        """Cut windows to the widest interval within the limit on power, in place."""
+        samples = _spread(window.low, self._last_within_power(window))  # (N, samples), N
+        parts = [self.power_excess(samples[:, part].T) for part in self.portions(0, _SAMPLES)]
+        excess = np.concatenate(parts).T  # (N, samples)
+        start, stop = widest(~(excess > 0.0))
         has_kept = start >= 0
-        closed = np.flatnonzero(~has_kept)
-        most_broken = codes[broken.sum(axis=2).argmax(axis=0)]
         for name, inner, step in (("low", start, -1), ("high", stop, 1)):
-            getattr(window, name)[closed] = np.nan
-            getattr(window, f"{name}_by")[closed] = most_broken[closed]
-            getattr(window, f"{name}_state")[closed] = -1
+            ends = getattr(window, name)
             outer = inner + step
             cut = np.flatnonzero(has_kept & (outer >= 0) & (outer < _SAMPLES))
-            if not len(cut):
-                continue
-            part = self.select(cut)
-            ends, worst = part.root(samples[cut, inner[cut]], samples[cut, outer[cut]])
-            getattr(window, name)[cut] = ends
-            getattr(window, f"{name}_by")[cut] = codes[worst]
-            getattr(window, f"{name}_state")[cut] = -1
+            ends[~has_kept] = np.nan
+            if len(cut):
+                part = self.select(cut)
+                ends[cut] = part.root(samples[cut, inner[cut]], samples[cut, outer[cut]])
+            moved = np.append(np.flatnonzero(~has_kept), cut)
+            getattr(window, f"{name}_by")[moved] = POWER
+            getattr(window, f"{name}_state")[moved] = -1
 
-    def _last_of_motion(self, window: Window) -> Array:
-        """Return the upper ends up to which limits on the whole motion are sought, (N,), N.
+    def _last_within_power(self, window: Window) -> Array:
+        """Return the upper ends up to which the limit on power is sought, (N,), N.
 
-        A window without an upper end is followed until one of these limits is broken: they may bind
-        far beyond the limits on states.
+        A window without an upper end is followed until it is broken: it may bind far beyond the
+        other limits.
         """
         is_endless = np.isinf(window.high)
         last = np.where(is_endless, self._beyond(np.arange(self.count)), window.high)
         for _ in range(_DOUBLINGS):
-            is_kept = is_endless & (self.excess(last).max(axis=0) <= 0.0)
+            is_kept = is_endless & (self.power_excess(last) <= 0.0)
             if not is_kept.any():
                 break
             last = np.where(is_kept, window.low + 2.0 * (last - window.low), last)
         return last
 
-    def excess(self, pretension: Array) -> Array:
-        """Return the excess over limits on the whole motion at pretensions, N.
+    def power_excess(self, pretension: Array) -> Array:
+        """Return the excess over the limit on power at pretensions, (..., N), N, as a share of it.
 
-        Args:
-            pretension: Pretensions, (..., N), N.
-
-        Returns:
-            The excess as a share of each limit, (limits, ..., N).
+        It is minus infinity where no sample has power.
         """
-        limits = self.bounds.of_motion
-        columns = motion_columns(self._at(pretension), {limit.column for limit in limits})
-        found = []
-        for limit in limits:
-            bound = np.asarray(self.bounds[limit.name])
-            of_designs = bound.reshape(-1) if bound.ndim else bound
-            beyond = limit.beyond(np.asarray(columns[limit.column]), of_designs)
-            share = beyond / np.maximum(np.abs(of_designs), _TINY)
-            found.append(np.where(np.isnan(share), -np.inf, share))
-        return np.broadcast_to(np.array(found), (len(found), *pretension.shape))
+        name = LIMIT_NAMES[POWER]
+        bound = np.asarray(self.bounds[name])
+        of_designs = bound.reshape(-1) if bound.ndim else bound
+        power = motion_columns(self._at(pretension), [name])[name]
+        share = (power - of_designs) / np.maximum(of_designs, _TINY)
+        return np.broadcast_to(np.where(np.isnan(share), -np.inf, share), pretension.shape)
 
-    def root(self, inside: Array, outside: Array) -> tuple[Array, Rows]:
-        """Return the last pretensions that keep the limits on the whole motion, (N,), N.
+    def root(self, inside: Array, outside: Array) -> Array:
+        """Return the last pretensions that keep the limit on power, (N,), N.
 
         Between those that do and those that do not, a secant is tried and the interval halved in
         turn, so that jumps of the excess do no harm.
-
-        Returns:
-            These pretensions, and which of the limits is broken most beyond, (N,).
         """
         low = inside
         high = outside
-        of_low = self.excess(low).max(axis=0)
-        beyond = self.excess(high)
+        of_low = self.power_excess(low)
+        of_high = self.power_excess(high)
         for attempt in range(_ROOT_STEPS):
-            of_high = beyond.max(axis=0)
             with np.errstate(divide="ignore", invalid="ignore"):
                 share = of_low / (of_low - of_high)
             share = np.where(np.isfinite(share), share, 0.5)
@@ -520,15 +500,15 @@ class Search:
             # A step past the root brings in the far end, too.
             nudge = np.where(attempt % 3 == 1, 1e-9, -1e-9)
             middle = low + np.clip(share + nudge, 0.0, 1.0) * (high - low)
-            of_middle = self.excess(middle)
-            keeps = of_middle.max(axis=0) <= 0.0
+            of_middle = self.power_excess(middle)
+            keeps = of_middle <= 0.0
             low = np.where(keeps, middle, low)
-            of_low = np.where(keeps, of_middle.max(axis=0), of_low)
+            of_low = np.where(keeps, of_middle, of_low)
             high = np.where(keeps, high, middle)
-            beyond = np.where(keeps, beyond, of_middle)
+            of_high = np.where(keeps, of_high, of_middle)
             if np.all(np.abs(high - low) <= _CLOSE * np.abs(high)):
                 break
-        return low, beyond.argmax(axis=0)
+        return low
 
     def states_of_most_power(self, pretension: Array) -> Rows:
         """Return the states in which the motor gives most at pretensions, (N,), N."""
@@ -568,20 +548,6 @@ def _spread(first: Array, last: Array) -> Array:
 def _flat_place(sample: Rows) -> Rows:
     """Return the places of one sample of each design, (N,), among all of all designs."""
     return np.arange(len(sample)) * _SAMPLES + sample
-
-
-def _widest(kept: Flags) -> tuple[Rows, Rows]:
-    """Return the first and last of the most samples in a row that are kept, (N,); -1 if none is.
-
-    Args:
-        kept: True for samples that are kept, (N, samples).
-    """
-    places = np.arange(kept.shape[1])
-    length = places - np.maximum.accumulate(np.where(kept, -1, places), axis=1)
-    last = length.argmax(axis=1)
-    most = length.max(axis=1)
-    is_kept = kept.any(axis=1)
-    return np.where(is_kept, last - most + 1, -1), np.where(is_kept, last, -1)
 
 
 def _set(window: Window, name: str, rows: Rows, tight: Tightest, ends: Array | None = None) -> None:

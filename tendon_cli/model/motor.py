@@ -15,6 +15,7 @@ finds. The cost of the turns between the strokes is left out.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,7 @@ from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design, map_arrays, shape_of
 from tendon_cli.model.kinematics import Array, Flags, Real
 from tendon_cli.model.statics import BOTH_SLACK, EXTENSOR_SLACK, FLEXOR_SLACK
+from tendon_cli.quantities import OF_CYCLES
 
 _LONGEST_STEP = float(np.radians(1.0))
 """Longest step of an integral over the elbow angle, rad."""
@@ -147,13 +149,6 @@ def motor_power(state: State, rates: TendonRates) -> Array:
     return np.asarray(state.motor_torque * rates.wound / state.design.flexor_radius)
 
 
-def spool_angle(state: State) -> Array:
-    """Return the spool angle from the unstretched flexor, as in `MotorRates`, rad."""
-    resting_flexor = state.flexor if state.resting is None else state.resting[0]
-    resting_stretch = resting_flexor.compliance * state.design.flexor.pretension
-    return np.asarray(state.spool_angle + resting_stretch / state.design.flexor_radius)
-
-
 def spool_speed(state: State) -> Array:
     """Return the rotation of the spool per radian of the elbow, as in `MotorRates`."""
     return np.asarray(tendon_rates(state).winding / state.design.flexor_radius)
@@ -177,8 +172,10 @@ def motor_rates(state: State, rates: TendonRates | None = None) -> MotorRates:
     extensor_friction = state.extensor.friction_rate(
         y, rates.extensor, -rates.path_lengthening, turning
     )
+    resting_flexor = state.flexor if state.resting is None else state.resting[0]
+    resting_stretch = resting_flexor.compliance * design.flexor.pretension
     return MotorRates(
-        spool_angle=spool_angle(state),
+        spool_angle=np.asarray(state.spool_angle + resting_stretch / design.flexor_radius),
         spool_speed=rates.winding / design.flexor_radius,
         power=motor_power(state, rates),
         stored=0.5
@@ -189,19 +186,24 @@ def motor_rates(state: State, rates: TendonRates | None = None) -> MotorRates:
 
 
 def cycle_columns(
-    design: Design, elbow_angle: Array, flexion: Flags, speed: float
+    design: Design,
+    elbow_angle: Array,
+    flexion: Flags,
+    speed: float,
+    names: Collection[str] = OF_CYCLES,
 ) -> dict[str, Array]:
-    """Return the columns of both strokes of designs, from the least angle to the largest and back.
+    """Return columns of both strokes of designs, from the least angle to the largest and back.
 
     Peaks, travel and differences are those of the states at these angles. They are NaN if no state
     has a value, differences also if there is a single direction. Work and loss are NaN if any state
-    has no equilibrium.
+    has no equilibrium; they take most of the time.
 
     Args:
         design: Designs, over axes before the last two.
         elbow_angle: Elbow angles (1, K) in any order, rad.
         flexion: Directions (D, 1), True for flexion.
         speed: Speed of the elbow, rad/s.
+        names: Names of the columns.
 
     Returns:
         Values by column over the designs' axes; units as in `quantities.OF_CYCLES`.
@@ -211,64 +213,21 @@ def cycle_columns(
     rates = motor_rates(state)
     spool_speed = speed * rates.spool_speed
     power = np.where(flexion, speed, -speed) * rates.power
-    work_and_loss = _work_and_loss(design, angles, flexion)
-    return _columns(state, rates, spool_speed, power, work_and_loss, flexion)
-
-
-def peak_demand(
-    design: Design, elbow_angle: Array, flexion: Flags, speed: float
-) -> tuple[float, float]:
-    """Return the largest speed (rad/s) and power (W) that designs ask of their motors.
-
-    Args:
-        design: Designs.
-        elbow_angle: Elbow angles, (1, K), rad.
-        flexion: Directions, (D, 1).
-        speed: Speed of the elbow, rad/s.
-
-    Returns:
-        Both over all designs and states; NaN if no state has an equilibrium.
-    """
-    rates = motor_rates(evaluate(design, elbow_angle, flexion))
-    turning = np.where(flexion, speed, -speed)
-    speeds = np.abs(turning * rates.spool_speed)
-    powers = turning * rates.power
-    return float(np.fmax.reduce(speeds, axis=None)), float(np.fmax.reduce(powers, axis=None))
-
-
-def _columns(
-    state: State,
-    rates: MotorRates,
-    spool_speed: Array,
-    power: Array,
-    work_and_loss: tuple[Array, Array],
-    flexion: Flags,
-) -> dict[str, Array]:
-    """Return the columns of designs from their states.
-
-    Args:
-        state: States, with directions and angles as the last two axes.
-        rates: Their rates.
-        spool_speed: Speed of the spool in each state, rad/s.
-        power: Power of the motor in each state, W.
-        work_and_loss: Work of the motor where it drives, and work that friction takes, J.
-        flexion: Directions, True for flexion.
-    """
-    work, loss = work_and_loss
-    with np.errstate(divide="ignore", invalid="ignore"):
-        efficiency = np.asarray(np.where(work > 0.0, 1.0 - loss / work, np.nan))
-    return {
+    columns = {
         "peak_motor_speed": _extreme_of_states(np.fmax, np.abs(spool_speed)),
         "peak_motor_power": np.maximum(_extreme_of_states(np.fmax, power), 0.0),
         "peak_braking_power": np.maximum(_extreme_of_states(np.fmax, -power), 0.0),
-        "motor_work_in": work,
-        "friction_loss": loss,
-        "efficiency": efficiency,
         "spool_travel": _extreme_of_states(np.fmax, rates.spool_angle)
         - _extreme_of_states(np.fmin, rates.spool_angle),
         "max_backlash": _largest_gap(rates.spool_angle, flexion),
         "max_torque_band": _largest_gap(state.motor_torque, flexion),
     }
+    if not columns.keys() >= {*names}:
+        work, loss = _work_and_loss(design, angles, flexion)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            efficiency = np.asarray(np.where(work > 0.0, 1.0 - loss / work, np.nan))
+        columns |= {"motor_work_in": work, "friction_loss": loss, "efficiency": efficiency}
+    return {name: columns[name] for name in names}
 
 
 def _work_and_loss(design: Design, angles: Array, flexion: Flags) -> tuple[Array, Array]:
@@ -300,32 +259,14 @@ def _work_and_loss(design: Design, angles: Array, flexion: Flags) -> tuple[Array
     return work.sum(axis=(-2, -1)), loss.sum(axis=(-2, -1))
 
 
-def _steps(angles: Array, longest: float = _LONGEST_STEP) -> Array:
-    """Insert angles between ascending ones, so that no step is longer than `longest`, rad."""
-    counts = np.maximum(1, np.ceil(np.diff(angles) / longest - 1e-9)).astype(np.int64)
+def _steps(angles: Array) -> Array:
+    """Insert angles between ascending ones, so that no step is longer than `_LONGEST_STEP`."""
+    counts = np.maximum(1, np.ceil(np.diff(angles) / _LONGEST_STEP - 1e-9)).astype(np.int64)
     steps = [
         np.linspace(low, high, count, endpoint=False)
         for low, high, count in zip(angles[:-1], angles[1:], counts, strict=True)
     ]
     return np.concatenate([*steps, angles[-1:]])
-
-
-def gauss_rule(angles: Array, longest: float = _LONGEST_STEP) -> tuple[Array, Array]:
-    """Return nodes and weights of Gauss's rule for integrals of functions without kinks.
-
-    Args:
-        angles: Ascending angles between which the integrand is smooth, rad.
-        longest: Longest step, rad.
-
-    Returns:
-        Nodes in ascending order and their weights, rad.
-    """
-    edges = _steps(angles, longest)
-    middle = 0.5 * (edges[:-1] + edges[1:])
-    half = 0.5 * np.diff(edges)
-    nodes = middle[:, np.newaxis] + half[:, np.newaxis] * _NODES  # (steps, nodes), rad
-    weights = half[:, np.newaxis] * _WEIGHTS
-    return nodes.ravel(), weights.ravel()
 
 
 def _rates(design: Design, angle: Array, flexion: Flags) -> tuple[State, Array, Array]:

@@ -17,7 +17,7 @@ from tendon_cli.cube.cube import Cube, choices_of
 from tendon_cli.cube.labels import ColumnLabel
 from tendon_cli.engine.results import Result
 from tendon_cli.model.kinematics import Rows
-from tendon_cli.quantities import QUANTITIES
+from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES, QUANTITIES
 from tendon_cli.reports import html
 from tendon_cli.reports.data import (
     GROUPS,
@@ -62,6 +62,8 @@ RESULTS = (
     "peak_motor_torque",
     "min_elbow_stiffness",
     "max_contact_pressure",
+    *OF_CYCLES,
+    *OF_TRAJECTORIES,
 )
 """Columns of numbers that the page shows, the most useful first."""
 GOALS = (
@@ -72,6 +74,8 @@ GOALS = (
     "max_tension",
     "max_spring_extension",
     "peak_motor_torque",
+    *OF_CYCLES,
+    *OF_TRAJECTORIES,
 )
 """Columns that the front can be drawn over."""
 MOST_CONDITIONS = 4

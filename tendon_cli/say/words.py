@@ -293,7 +293,6 @@ _COLUMNS = {
     "pretension_from": "smallest pretension",
     "pretension_to": "largest pretension",
     "motor_work_in": "motor work",
-    "max_motor_work_in": "max motor work",
     **{name: f"anchor distance {name}" for name in ("a1", "b1", "a2", "b2")},
 }
 

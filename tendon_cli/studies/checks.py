@@ -12,7 +12,7 @@ from tendon_cli.errors import Fault, StudyError
 from tendon_cli.model.design import F0
 from tendon_cli.model.forms import Need
 from tendon_cli.model.limits import LIMITS, SPEED
-from tendon_cli.quantities import SIDES, dimension_of_reading
+from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES, SIDES, dimension_of_reading
 from tendon_cli.space.axis import (
     DRAW_AXIS,
     NAMED_AXES,
@@ -59,7 +59,7 @@ _PART_OF = (
 )
 """Tables and their keys that need another key of the table, with a phrase for the whole."""
 _OF_BOTH_DIRECTIONS = ("max_backlash", "max_torque_band")
-"""Limits on the difference between flexion and extension at an elbow angle."""
+"""Columns of the difference between flexion and extension at an elbow angle."""
 _ANCHOR_KEYS = tuple(f"arm.{name}" for name in ANCHORS)
 WHOSE_ANCHORS = (
     'anchors = "measured": measured on the one person of the file, for whom they hold as stated; '
@@ -85,7 +85,6 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
         *_rest_angle_faults(study, at_fault),
         *_reading_faults(study),
         *_reading_unit_faults(study),
-        *_null_limit_faults(study, at_fault),
         *_case_faults(study),
         *_anchor_faults(study, at_fault),
         *_limit_faults(study, at_fault),
@@ -342,28 +341,6 @@ def _reading_unit_faults(study: Study) -> Iterator[Fault]:
             yield Fault(key, problem)
 
 
-def _null_limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
-    """Yield a fault for each limit on a quantity that is null in every design of the motion."""
-    compares = "compares flexion and extension at one angle"
-    directions = set(study.motion.direction)
-    problems: dict[str, tuple[str, str]] = {}
-    if study.motion.trajectory is not None:
-        problem = f"{compares}, which a trajectory does not have"
-        problems |= dict.fromkeys(_OF_BOTH_DIRECTIONS, (problem, "leave it out"))
-    elif "motion.direction" not in at_fault and len(directions) == 1:
-        problem = f"{compares}, but the study moves in {directions.pop()} alone"
-        hint = 'leave it out, or direction = ["flexion", "extension"]'
-        problems |= dict.fromkeys(_OF_BOTH_DIRECTIONS, (problem, hint))
-    if study.motion.trajectory is None and "motion.elbow_angle" not in at_fault:
-        least, largest = study.motion.elbow_angle.extremes
-        if least == largest:
-            problem = "needs work over a motion, but the study has a single elbow angle"
-            problems["min_efficiency"] = (problem, "leave it out, or give a range of angles")
-    for name in sorted(problems.keys() & set(study.limit_names)):
-        problem, hint = problems[name]
-        yield Fault(f"limits.{name}", problem, hint)
-
-
 # --- Curves and limits ---------------------------------------------------------------------------
 
 
@@ -482,6 +459,7 @@ def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
     for table, names in (("minimise", study.design.minimise), ("maximise", study.design.maximise)):
         for name in names:
             lacking = _lacking(study, name, at_fault)
+            never = _null_in_all(study, name, at_fault)
             if name not in known:
                 if may_be_of_a_table:
                     continue  # of a catalogue that could not be read
@@ -491,6 +469,8 @@ def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
             elif lacking is not None:
                 problem = f"no choice has a {name} without {lacking}"
                 yield Fault(f"design.{table}", problem, f"state {lacking}")
+            elif never is not None:
+                yield Fault(f"design.{table}", f"{name} {never}", "leave it out")
             elif table == "maximise" and name in study.design.minimise:
                 problem = f'"{name}" is both minimised and maximised, expected only one'
                 yield Fault("design.maximise", problem)
@@ -513,9 +493,29 @@ def _choice_columns(study: Study, at_fault: set[str]) -> Iterator[str]:
 def _lacking(study: Study, column: str, at_fault: set[str]) -> str | None:
     """Return the key that a column of the choices needs and the study does not state."""
     needs = LIMITS[column].needs if column in LIMITS else ()
+    if column in OF_CYCLES:
+        needs = (SPEED,)
     for need in needs:
         if not is_stated(study, need) and not _is_at_fault(need, at_fault):
             return need.key
+    is_along = study.motion.trajectory is not None or "motion.trajectory" in at_fault
+    return "motion.trajectory" if column in OF_TRAJECTORIES and not is_along else None
+
+
+def _null_in_all(study: Study, column: str, at_fault: set[str]) -> str | None:
+    """Return the reason why a column of the motion is null in all choices; None if it is not."""
+    is_along = study.motion.trajectory is not None
+    directions = study.motion.direction
+    if column in _OF_BOTH_DIRECTIONS:
+        compares = "compares flexion and extension at one angle"
+        if is_along:
+            return f"{compares}, which a trajectory does not have"
+        if "motion.direction" not in at_fault and len(set(directions)) == 1:
+            return f"{compares}, but the study moves in {directions[0]} alone"
+    if column == "efficiency" and not is_along and "motion.elbow_angle" not in at_fault:
+        least, largest = study.motion.elbow_angle.extremes
+        if least == largest:
+            return "needs work over a motion, but the study has a single elbow angle"
     return None
 
 

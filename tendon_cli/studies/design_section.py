@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, WithJsonSchema, create_mod
 
 from tendon_cli.model.forms import DesignLimit
 from tendon_cli.model.limits import LIMITS
-from tendon_cli.quantities import QUANTITIES
+from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES, QUANTITIES
 from tendon_cli.studies.fields import SingleField, fault, whole_number
 from tendon_cli.studies.number import NumberField
 from tendon_cli.studies.parts import Part, Words, field_default
@@ -41,6 +41,8 @@ CHOICE_RESULTS = (
     "peak_motor_torque",
     "min_elbow_stiffness",
     "max_contact_pressure",
+    *OF_CYCLES,
+    *OF_TRAJECTORIES,
 )
 """Columns of choices.parquet that a goal may name, besides the axes of the choices."""
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli.engine.plan import columns_of_motion
 from tendon_cli.engine.task import Note
 from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
@@ -187,7 +188,7 @@ def _places_of(solutions: Solutions, selected: Solutions) -> Rows:
 def leaves_out(question: Question) -> bool:
     """Return True if choices that are not relevant are left without worst values to save time."""
     goals = {goal.column: goal.maximise for goal in question.goals}
-    has_bounds = all(
+    has_bounds = goals.keys().isdisjoint(columns_of_motion(question.study)) and all(
         goals[name] == (name == "min_elbow_stiffness") for name in WORST if name in goals
     )
     has_groups = question.conditions.groups is not None
@@ -396,7 +397,10 @@ def refine_choice(solver: Solver, order: Order, start: Solutions) -> Solutions |
     weights = _WEIGHT ** np.arange(len(goals) - 1, -1, -1.0)
     if order.is_front:
         weights = np.ones(len(goals))
-    with_worst = question.study.design.advice or any(goal.column in WORST for goal in goals)
+    of_worst = {*WORST, *columns_of_motion(question.study)}
+    with_worst = question.study.design.advice or any(goal.column in of_worst for goal in goals)
+
+    lean = replace(solver, with_motion=False)
 
     def choices_at(places: Array) -> Points:
         """Return choices at places, (choices, ranges), 0 to 1; the rest is as in `start`."""
@@ -409,7 +413,7 @@ def refine_choice(solver: Solver, order: Order, start: Solutions) -> Solutions |
 
     def cost(places: Array) -> Array:
         """Return the cost of choices at places, (ranges, choices), the less the better."""
-        tried = solve(solver, choices_at(places.T), with_worst=with_worst)
+        tried = solve(lean, choices_at(places.T), with_worst=with_worst)
         with np.errstate(invalid="ignore"):
             gain = (tried.scores(goals) - before) / scale  # (choices, goals)
         of_feasible = -gain @ weights

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.engine.plan import columns_of_motion
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.windows.advice import NO_ROOM
 from tendon_cli.windows.by_choice import Selection
@@ -178,7 +179,7 @@ class Order:
         Rules on worst values, and on the advice that these keep, know no more than bounds in
         choices without worst values.
         """
-        of_worst = set(WORST)
+        of_worst = {*WORST, *columns_of_motion(self.question.study)}
         if self.question.study.design.advice:
             of_worst |= {BUILT, ADVISED}
         if of_worst.isdisjoint(self.rules[:rules]):

@@ -92,6 +92,9 @@ def goals_of(study: Study) -> tuple[Goal, ...]:
     return (*smallest, *largest)
 
 
+_STATES_WITH_MOTION = 2**20
+"""Most states of choices with columns of motion, which take far longer than the other columns."""
+
 Place = Literal["least", "reserve", "middle"]
 """Point of a window of pretension."""
 
@@ -337,7 +340,7 @@ class Question:
     @property
     def is_sampled(self) -> bool:
         """True if part of the question is only sampled, so that its windows cannot be proved."""
-        return bool(self.bounds.of_motion or self.sampled_intervals or self.study.trajectory)
+        return bool(self.bounds.asks_power or self.sampled_intervals or self.study.trajectory)
 
     @property
     def loads(self) -> tuple[float, float] | None:
@@ -425,9 +428,15 @@ def rows_to_prove(question: Question) -> Rows:
 def is_sought(question: Question) -> bool:
     """Return True if windows are sought pretension by pretension, which takes far longer.
 
-    So it is with limits on the whole motion, and along a motion in time.
+    So it is with a limit on power, and along a motion in time.
     """
-    return bool(question.bounds.of_motion) or question.study.trajectory is not None
+    return question.bounds.asks_power or question.study.trajectory is not None
+
+
+def affords_motion(question: Question, choices: int) -> bool:
+    """Return True if so many choices have columns of motion although no goal names one."""
+    states = choices * len(question.conditions) * question.states_per_design
+    return question.study.trajectory is not None or states <= _STATES_WITH_MOTION
 
 
 def cost_per_design(question: Question) -> int:

@@ -10,7 +10,7 @@ import numpy as np
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.motion_window import window_along
-from tendon_cli.model.motor_window import narrow
+from tendon_cli.model.power_window import within_power
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.model.window import Ends, Window, as_read, with_binding_limits
 from tendon_cli.studies.measured_motion import at_times
@@ -23,8 +23,8 @@ _DENSER = 16
 _DENSER_IN_TIME = (12, 17)
 """More such factors along a trajectory.
 
-Where a tendon turns for a moment, the work that samples find jumps from one factor to the next, and
-with it the end of the window.
+Where a tendon turns for a moment, what samples find jumps from one factor to the next, and with it
+the end of the window.
 """
 _MOST_NEAR = 16
 """Most conditions at each end for which its error is estimated: the tightest."""
@@ -47,10 +47,10 @@ _ROUNDING = 1e-6
 def estimate_error(solver: Solver, choice: Solutions, ends: Ends) -> float | None:
     """Estimate the error of a window's ends that are only sampled, N, as they are read.
 
-    Ends that limits on the whole motion set are sampled, and all ends along a trajectory. The
-    estimate is the amount by which samples sixteen times as dense narrow the window, plus a share
-    of the largest error of samples with the original step, displaced by parts of it. Along a
-    trajectory it is the largest amount by which samples of three densities narrow the window.
+    Ends that power sets are sampled, and all ends along a trajectory. The estimate is the amount by
+    which samples sixteen times as dense narrow the window, plus a share of the largest error of
+    samples with the original step, displaced by parts of it. Along a trajectory it is the largest
+    amount by which samples of three densities narrow the window.
 
     Args:
         solver: Solver of the question.
@@ -64,7 +64,7 @@ def estimate_error(solver: Solver, choice: Solutions, ends: Ends) -> float | Non
     question = solver.question.for_choice(choice.points)
     trajectory = question.study.trajectory
     is_still = trajectory is None and question.angles.size == 1
-    if is_still or (not question.bounds.of_motion and trajectory is None):
+    if is_still or (not question.bounds.asks_power and trajectory is None):
         return None
     within = solver.all_limits(ends, choice.points)
     most = _MOST_NEAR
@@ -136,18 +136,18 @@ def _ends_over_angles(
     Args:
         question: The question.
         design: One choice under some conditions.
-        of_states: Ends that limits on states set, (conditions,), as F0.
+        of_states: Ends that limits on forms set, (conditions,), as F0.
     """
     windows = with_binding_limits(
         of_states, design, question.angles, question.flexion, question.bounds
     )
 
     def ends(angles: Array) -> Array:
-        """Return `_common_ends` of windows with the whole motion taken at angles, rad."""
-        of_motion = narrow(
+        """Return `_common_ends` of windows with power taken at angles, rad."""
+        within = within_power(
             windows, design, angles[np.newaxis], question.flexion, question.bounds, question.loads
         )
-        return _common_ends(as_read(of_motion, design))
+        return _common_ends(as_read(within, design))
 
     return ends
 

@@ -132,6 +132,8 @@ class Solutions(ByChoice):
         """Return the values of a goal: of an axis of the choices, or the field of its name."""
         if goal.column in self.points.columns:
             return self.points.columns[goal.column]
+        if goal.column in self.worst.motion:
+            return self.worst.motion[goal.column]
         holder = self.worst if goal.column in WORST else self
         values: Array = getattr(holder, goal.column)
         return values
@@ -254,7 +256,7 @@ def solve_windows(
         served_at=served_at,
         pretension=pretension,
         feasible=feasible,
-        worst=Worst.unknown(count),
+        worst=Worst.unknown(count, solver.columns_of_motion),
         has_worst=np.zeros(count, dtype=np.bool_),
         between_samples=np.zeros(count, dtype=np.int64),
         advice=np.zeros(count, dtype=np.int64),

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self, cast
 
 import numpy as np
 
 from tendon_cli import kernel
+from tendon_cli.engine.plan import columns_of_motion
 from tendon_cli.errors import Stopped
 from tendon_cli.model import extremes, whole_motion, window
 from tendon_cli.model.actuator import State
@@ -18,8 +19,9 @@ from tendon_cli.model.design import MOTOR_TORQUE, Design
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import CONTACT_PRESSURE, contact_pressure
 from tendon_cli.model.motion_window import window_along
-from tendon_cli.model.motor_window import narrow
-from tendon_cli.model.moving import Moving
+from tendon_cli.model.motor import cycle_columns
+from tendon_cli.model.moving import Moving, motion_columns
+from tendon_cli.model.power_window import within_power
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.model.window import Ends, Window
 from tendon_cli.windows.points import Points
@@ -29,8 +31,8 @@ from tendon_cli.windows.worst import QUANTITIES, Worst
 _STATES_AT_ONCE = 2**21
 """States in one portion, so that each array of the model stays within a few megabytes."""
 _MOTOR_IN_NUMPY = 64
-"""Factor by which a portion is smaller with limits on the motor: their arrays hold all states, and
-stay in the cache while an end is sought."""
+"""Factor by which a portion is smaller for power and a whole motion, so that NumPy's arrays of all
+states stay in the cache."""
 _MOTION_IN_NUMPY = 32
 """Factor by which a portion is smaller along a trajectory, of which NumPy has all states."""
 _SAME_ANGLE = 1e-12
@@ -46,14 +48,25 @@ set the end of the choice: an end over the grid of angles is off by a thousandth
 class Solver:
     """Solver of a question: ends and windows of its choices, and the worst at a pretension.
 
-    Limits on states set the ends of a window, as F0, in states at the elbow angles of the question
-    and, over all angles, between these. Limits on the whole motion narrow them, and then they are
+    Limits on forms of states set the ends of a window, as F0, in states at the elbow angles of the
+    question and, over all angles, between these. A limit on power narrows them, and then they are
     turned into readings of the gauge that the study names.
     """
 
     question: Question
     stop: threading.Event = field(default_factory=threading.Event)
     """Event that cancels the run."""
+    with_motion: bool = False
+    """True to work out the columns of motion with the worst values; else only those of goals."""
+
+    @property
+    def columns_of_motion(self) -> tuple[str, ...]:
+        """Columns of motion that are worked out with the worst values."""
+        columns = columns_of_motion(self.question.study)
+        if self.with_motion:
+            return columns
+        goals = [goal.column for goal in self.question.goals]
+        return tuple(name for name in columns if name in goals)
 
     def for_question(self, question: Question) -> Self:
         """Return the solver of another question in the same run."""
@@ -78,7 +91,7 @@ class Solver:
         return self.all_limits(self.ends_that_may_bind(points), points)
 
     def all_limits(self, ends: Ends, points: Points) -> Ends:
-        """Turn ends that limits on states set, as F0, into ends of all limits, as they are read.
+        """Turn ends that limits on forms set, as F0, into ends of all limits, as they are read.
 
         Args:
             ends: Ends of windows, (choices, conditions), at samples or over all angles.
@@ -90,8 +103,8 @@ class Solver:
         """Turn ends as F0 into ends of all limits, as a `Window` if `named` or at no cost."""
         question = self.question
         is_along = question.study.trajectory is not None  # ends have all limits already
-        of_motion = bool(question.bounds.of_motion) and not is_along
-        named = named or of_motion or is_along or kernel.kind() is None
+        asks_power = question.bounds.asks_power and not is_along
+        named = named or asks_power or is_along or kernel.kind() is None
         if question.is_f0 and (is_along or not named):
             return ends
         finished: dict[str, Any] = {}
@@ -102,8 +115,8 @@ class Solver:
                 part = window.with_binding_limits(
                     part, design, question.angles, question.flexion, question.bounds
                 )
-            if of_motion:
-                part = narrow(
+            if asks_power:
+                part = within_power(
                     cast("Window", part),
                     design,
                     question.angles,
@@ -118,12 +131,12 @@ class Solver:
         return Window(**finished) if named else Ends(**finished)
 
     def ends_at_samples(self, points: Points) -> Ends:
-        """Return the ends that limits on states set at the angles of the question, as F0."""
+        """Return the ends that limits on forms set at the angles of the question, as F0."""
         ends, _, _ = self._sampled_ends(points)
         return ends
 
     def ends_that_may_bind(self, points: Points) -> Ends:
-        """Return the ends that limits on states set, (choices, conditions), as F0.
+        """Return the ends that limits on forms set, (choices, conditions), as F0.
 
         Ends that may set the window of their choice hold over all angles, others at samples alone.
         """
@@ -140,7 +153,7 @@ class Solver:
                 return ends
 
     def ends_over_all_angles(self, points: Points) -> Ends:
-        """Return the ends that limits on states set, (choices, conditions), over all angles."""
+        """Return the ends that limits on forms set, (choices, conditions), over all angles."""
         ends, low_between, high_between = self._sampled_ends(points)
         self._seek(ends, points, low_between, high_between)
         return ends
@@ -288,7 +301,7 @@ class Solver:
         question = self.question
         read = ends
         if not question.is_f0:
-            if question.bounds.of_motion or question.study.setting.read == MOTOR_TORQUE:
+            if question.bounds.asks_power or question.study.setting.read == MOTOR_TORQUE:
                 everywhere = np.ones(ends.low.shape, dtype=np.bool_)
                 return everywhere, everywhere
             # Ends as they are read may have another order than as F0, but each grows with its own.
@@ -324,7 +337,32 @@ class Solver:
         for rows, conditions, values in self._quantities(points, pretension):
             of_served = np.where(served[rows, conditions], values, np.nan)
             largest[:, rows] = np.fmax(largest[:, rows], np.fmax.reduce(of_served, axis=2))
-        return Worst.of_quantities(largest)
+        of_states = Worst.of_quantities(largest)
+        names = self.columns_of_motion
+        return replace(of_states, motion=self.worst_of_motion(points, pretension, served, names))
+
+    def worst_of_motion(
+        self, points: Points, pretension: Array, served: Flags, names: Sequence[str]
+    ) -> dict[str, Array]:
+        """Return columns of motion by name, each the worst over the conditions served."""
+        question = self.question
+        trajectory = question.study.trajectory
+        worst = {name: np.full(len(points), np.nan) for name in names}
+        if not worst:
+            return worst
+        for rows, conditions, design in self.portions(
+            points.at_pretension(pretension), in_numpy=True
+        ):
+            if trajectory is not None:
+                columns = motion_columns(Moving.of(design, trajectory), names)
+            else:
+                motion = question.angles, question.flexion, float(question.bounds.speed)
+                columns = cycle_columns(design, *motion, names)
+            for name, of_choices in worst.items():
+                values = np.where(served[rows, conditions], columns[name], np.nan)
+                extreme = np.fmin if name == "efficiency" else np.fmax
+                of_choices[rows] = extreme(of_choices[rows], extreme.reduce(values, axis=1))
+        return worst
 
     def quantities_under_each(self, points: Points, pretension: Array, served: Flags) -> Array:
         """Return the quantities of one choice under each condition, (QUANTITIES, conditions).
@@ -379,10 +417,16 @@ class Solver:
 
     # --- Portions ---------------------------------------------------------------------------------
 
-    def portions(self, points: Points) -> Iterator[tuple[slice, slice, Design]]:
+    def portions(
+        self, points: Points, *, in_numpy: bool = False
+    ) -> Iterator[tuple[slice, slice, Design]]:
         """Yield portions: choices and conditions that are worked out together, and their designs.
 
         A portion has several of both, so that what depends on one of them alone is worked out once.
+
+        Args:
+            points: The choices.
+            in_numpy: True for smaller portions, whose states are all in NumPy's arrays.
 
         Raises:
             Stopped: The run was cancelled.
@@ -392,7 +436,7 @@ class Solver:
         most = _STATES_AT_ONCE // question.states_per_design
         if question.study.trajectory is not None:
             most //= _MOTION_IN_NUMPY
-        elif question.bounds.of_motion:
+        elif question.bounds.asks_power or in_numpy:
             most //= _MOTOR_IN_NUMPY
         most = max(1, most)
         width = min(len(question.conditions), max(1, most // min(count, 2 * math.isqrt(most))))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields
 from typing import Self
 
 import numpy as np
@@ -28,11 +29,14 @@ class Worst(ByChoice):
     spring_room: Array
     """Smallest room that the flexor's spring leaves between its anchors, m, its own length without
     load counted as far as the study states it; infinite without a spring there."""
+    motion: Mapping[str, Array] = field(default_factory=dict)
+    """Columns of motion by name: the largest value, of the efficiency the smallest."""
 
     @classmethod
-    def unknown(cls, count: int) -> Self:
-        """Return the values of choices for which none is known."""
-        return cls(*np.full((len(fields(cls)), count), np.nan))
+    def unknown(cls, count: int, motion: Iterable[str] = ()) -> Self:
+        """Return the values of choices for which none is known, with some columns of motion."""
+        of_states = {name: np.full(count, np.nan) for name in _OF_STATES}
+        return cls(**of_states, motion={name: np.full(count, np.nan) for name in motion})
 
     @classmethod
     def of_quantities(cls, largest: Array) -> Self:
@@ -48,13 +52,17 @@ class Worst(ByChoice):
     def with_values(self, rows: Selection, values: Worst) -> Self:
         """Return the same with the values of some choices, (rows,) each, in their places."""
         changed = {}
-        for name in (field.name for field in fields(self)):
+        for name in _OF_STATES:
             changed[name] = getattr(self, name).copy()
             changed[name][rows] = getattr(values, name)
-        return type(self)(**changed)
+        motion = {name: column.copy() for name, column in self.motion.items()}
+        for name, column in values.motion.items():
+            motion[name][rows] = column
+        return type(self)(**changed, motion=motion)
 
 
 QUANTITIES = 7
 """Number of quantities whose largest values are the worst values; the torque is two."""
-WORST = tuple(field.name for field in fields(Worst) if field.name != "spring_room")
+_OF_STATES = tuple(one.name for one in fields(Worst) if one.name != "motion")
+WORST = tuple(name for name in _OF_STATES if name != "spring_room")
 """Names of the worst values that have columns, which go by these names, too."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from tendon_cli.model.actuator import State
@@ -67,7 +69,9 @@ def worst_between(solver: Solver, points: Points, pretension: Array, served: Fla
             tops = _tops(design, dense[:, nearby], question.flexion)
             for of_states in (finer, tops):
                 most = np.fmax(most, of_states.max(axis=(1, 2, 3)))
-    return Worst.of_quantities(np.where(np.isfinite(most), most, np.nan)[:, np.newaxis])
+    worst = Worst.of_quantities(np.where(np.isfinite(most), most, np.nan)[:, np.newaxis])
+    names = solver.columns_of_motion
+    return replace(worst, motion=solver.worst_of_motion(points, pretension, served, names))
 
 
 def _quantities_at(

@@ -11,10 +11,9 @@ from scipy.optimize import brentq
 import tendon_cli as tendon
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.motion_window import window_along
-from tendon_cli.model.motor_window import Motor, narrow
 from tendon_cli.model.moving import Moving, motion_columns
+from tendon_cli.model.power_window import Motor, within_power
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.model.window import Window, ends_of_states
 from tendon_cli.proof import subdivision
@@ -370,7 +369,7 @@ def test_the_window_of_an_interval_of_postures_is_proved_and_that_of_very_many(w
     assert answer.choices.pretension_to[0] == pytest.approx(many.high.min(), abs=2e-6)
 
 
-# --- Limits on the whole motion -------------------------------------------------------------------
+# --- A limit on power, and motions in time --------------------------------------------------------
 
 
 def test_the_worst_power_at_a_load_between_two_is_found():
@@ -394,25 +393,21 @@ def test_the_worst_power_at_a_load_between_two_is_found():
     assert few.pretension_to < ends_of(heaviest).high[0, 0] - 1.0
 
 
-def limited(rng, question, name, low, high):
-    """Return the question with a limit that the motion reaches at a pretension in the window."""
+def limited(rng, question, low, high):
+    """Return the question with a limit on power that is reached at a pretension in the window."""
     designs = under_both(question)
     pretension = np.full(2, low + rng.uniform(0.2, 0.8) * (high - low))
-    limit = LIMITS[name]
     trajectory = question.study.trajectory
     if trajectory is not None:
         along = replace(designs, trajectory=trajectory)
         moving = Moving.of(along, trajectory).at_pretension(pretension[:, np.newaxis, np.newaxis])
-        value = float(motion_columns(moving)[limit.column].max())
-        return replace(question, bounds=question.bounds.changed(name, value))
-    motor = Motor(designs, question.angles, question.flexion, (2,), question.bounds.speed)
-    if limit.lines is None:
-        excess = limit.excess(motor, 0.0)
-        value = excess(pretension).max()
+        power = motion_columns(moving)["peak_motor_power"]
     else:
-        lines = limit.lines(motor)
-        value = np.abs(lines.at(pretension)).max()
-    return replace(question, bounds=question.bounds.changed(name, float(value)))
+        speed = question.bounds.speed
+        motor = Motor(designs, question.angles, question.flexion, (2,), speed)
+        power = motor.peak_power(pretension)
+    bounds = question.bounds.changed("peak_motor_power", float(power.max()))
+    return replace(question, bounds=bounds)
 
 
 def check_estimates(cases):
@@ -436,32 +431,27 @@ def check_estimates(cases):
     return narrower
 
 
-MOTOR_LIMITS = ("peak_motor_power", "max_spool_travel", "max_backlash", "max_torque_band")
-
-
-def within_limits_of_the_motor(seed, count):
-    """Yield random questions with a limit on the motor, as `check_estimates` has them."""
+def within_power_of_the_motor(seed, count):
+    """Yield random questions with a limit on power, as `check_estimates` has them."""
     rng = np.random.default_rng(seed)
     for number in range(count):
-        name = MOTOR_LIMITS[number % 4]
-        is_angle = name in ("max_spool_travel", "max_backlash")
         content = random_study(rng, number)
-        content["limits"] = {name: "1e5 rad" if is_angle else 1e6}
+        content["limits"] = {"peak_motor_power": 1e6}
         content["allow_implausible"] = True
         content["motion"]["speed"] = "60 deg/s"
         question = question_of(tendon.study(content))
         of_states = windows_of(replace(question, bounds=Bounds()))
         highest = min(of_states.high.min(), 1e3)
-        question = limited(rng, question, name, of_states.low.max(), highest)
+        question = limited(rng, question, of_states.low.max(), highest)
         windows = windows_of(question)
         ends = (windows.low.max(), windows.high.min())
         yield question, ends, partial(ends_at_many_angles, question, of_states)
 
 
 def ends_at_many_angles(question, of_states):
-    """Narrow the windows of the states by the motor's limits at eight thousand angles."""
+    """Narrow the windows of the states by the limit on power at eight thousand angles."""
     angles = np.linspace(question.angles.min(), question.angles.max(), 8001)
-    windows = narrow(
+    windows = within_power(
         Window(**{name: values[0] for name, values in vars(of_states).items()}),
         under_both(question),
         angles[np.newaxis],
@@ -473,7 +463,7 @@ def ends_at_many_angles(question, of_states):
 
 
 def test_sampling_does_not_miss_more_than_is_estimated():
-    assert check_estimates(within_limits_of_the_motor(4, 24)) > 3
+    assert check_estimates(within_power_of_the_motor(4, 24)) > 3
 
 
 def test_an_estimate_is_in_the_reading_of_the_pretension():
@@ -498,7 +488,7 @@ def test_an_estimate_is_in_the_reading_of_the_pretension():
 
 @pytest.mark.torture
 def test_ten_thousand_estimates_are_not_too_small():
-    assert check_estimates(within_limits_of_the_motor(5, 10_000)) > 100
+    assert check_estimates(within_power_of_the_motor(5, 10_000)) > 100
 
 
 def random_motion(rng):
@@ -553,30 +543,26 @@ def ends_along_refined(question, trajectory):
     return ends_along(question, refined_motion(trajectory, 20))
 
 
-CYCLE_LIMITS = ("peak_motor_power", "max_spool_travel", "max_motor_work_in", "max_friction_loss")
-
-
 def along_trajectories(seed, numbers):
     """Yield random questions along trajectories, as `check_estimates` has them.
 
-    Every second one has a limit on the motor, the others have limits on states.
+    Every second one has a limit on power, the others have other limits.
     """
     for number in numbers:
         rng = np.random.default_rng([seed, number])
         content = random_study(rng, number // 2)
         content["motion"] = random_motion(rng)
         limits = content["limits"]
-        name = None
-        if number % 2:
-            name = CYCLE_LIMITS[number // 2 % len(CYCLE_LIMITS)]
-            limits = {name: "1e5 rad" if "travel" in name else 1e5}
+        has_power = number % 2 == 1
+        if has_power:
+            limits = {"peak_motor_power": 1e5}
         content["limits"] = {"min_elbow_stiffness": -200.0} | limits
         content["allow_implausible"] = True
         question = question_of(tendon.study(content))
         trajectory = question.study.trajectory
         ends = ends_along(question, trajectory)
-        if name is not None:
-            question = limited(rng, question, name, *ends)
+        if has_power:
+            question = limited(rng, question, *ends)
             ends = ends_along(question, trajectory)
         yield question, ends, partial(ends_along_refined, question, trajectory)
 

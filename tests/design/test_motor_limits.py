@@ -35,8 +35,6 @@ def solved(**limits):
 @pytest.mark.parametrize(
     ("name", "most", "column", "end"),
     [
-        ("max_friction_loss", "13 J", "friction_loss", "to"),
-        ("max_backlash", "0.5 deg", "max_backlash", "to"),
         ("peak_motor_speed", "4 rad/s", "peak_motor_speed", "from"),
         ("peak_motor_power", "13 W", "peak_motor_power", "from"),
     ],
@@ -61,23 +59,17 @@ def test_a_window_ends_where_the_cycle_reaches_the_limit(name, most, column, end
 
 def test_limits_of_the_motor_are_in_words_as_others_are():
     content = {**SUIT, "spool": {"ratio": 0.6}}
-    broken = design({**content, "limits": {"max_friction_loss": "1 J"}})
+    broken = design({**content, "limits": {"peak_motor_power": "1 W"}})
     assert not broken.feasible
-    assert "friction takes more than 1 J per cycle" in broken.text
-    kept = design({**content, "limits": {"max_friction_loss": "40 J"}})
+    assert "the motor gives more than 1 W" in broken.text
+    kept = design({**content, "limits": {"peak_motor_power": "40 W"}})
     assert kept.feasible
-    assert any("max_friction_loss" in note for note in kept.record["notes"])
+    assert any("peak_motor_power" in note for note in kept.record["notes"])
 
 
 SET_BY_THE_MOTOR = [
-    ("max_friction_loss", "13 J", "to"),
-    ("max_backlash", "0.5 deg", "to"),
     ("peak_motor_speed", "4 rad/s", "from"),
     ("peak_motor_power", "13.5 W", "from"),
-    ("max_motor_work_in", "17 J", "to"),
-    ("max_spool_travel", "230 deg", "from"),
-    ("max_torque_band", "4 N m", "to"),
-    ("min_efficiency", 0.02, "to"),
 ]
 
 

@@ -20,7 +20,7 @@ DRAWN = {
     "spring": {"stiffness": "5 kN/m +/- 0.2 kN/m"},
     "sheath": {"friction": {"mean": 0.07, "std": 0.01}},
     "motion": ELBOW,
-    "limits": {"max_motor_work_in": "21 J"},
+    "limits": {"peak_motor_power": "14.6 W"},
     "uncertainty": {"draws": 4},
 }
 LOADED = {

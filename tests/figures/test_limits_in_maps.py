@@ -55,8 +55,6 @@ def bounds(run: TableFiles, name: str) -> tuple[float, float, float]:
     if middle in values:
         middle = float((values[0] + values[-1]) / 2.0)
     above = float(values[-1] + 0.1 * span)
-    if name == "min_efficiency":
-        above = min(above, 1.0)
     return (middle, above, below) if LIMITS[name].from_below else (middle, below, above)
 
 
@@ -123,7 +121,7 @@ def test_limits_are_marked_on_lines_of_the_margin(free: TableFiles, tmp_path: Pa
     one_spool = {**STUDY, "spool": {"flexor_radius": "30 mm"}}
     content = {
         **one_spool,
-        "limits": {"max_tension": "300 N", "max_spool_travel": "10 deg", "max_pretension": "1 kN"},
+        "limits": {"max_tension": "300 N", "peak_motor_speed": "1 deg/s", "max_pretension": "1 kN"},
     }
     run = designs(tmp_path / "run", content)
     figure = figure_of(run)
@@ -135,16 +133,16 @@ def test_limits_are_marked_on_lines_of_the_margin(free: TableFiles, tmp_path: Pa
     pretensions = np.linspace(150.0, 270.0, 6)
     assert set(pretensions[is_broken]) == {*pretensions} & {*marked.tolist()}
     assert "breaks max tension ≤ 300 N" in keys(figure)
-    assert "No design keeps spool travel ≤ 10 deg." in said(figure)
+    assert "No design keeps peak motor speed ≤ 1 deg/s." in said(figure)
     assert "Every design keeps pretension ≤ 1,000 N." in said(figure)
 
 
 def test_a_run_whose_only_limit_leaves_nothing_says_so(tmp_path: Path) -> None:
-    """Nothing of a limit on spool travel was in the map: no line, no shade, no key."""
-    content = with_limit(STUDY, "max_spool_travel", 0.2)
+    """Nothing of such a limit was in the map: no line, no shade, no key."""
+    content = with_limit(STUDY, "peak_motor_speed", 0.02)
     folder = sweep(tmp_path / "run", {**content, "output": {"tables": ["designs"]}})
     figure = figure_of(designs(tmp_path / "again", content))
-    assert "No design keeps spool travel ≤" in said(figure)
+    assert "No design keeps peak motor speed ≤" in said(figure)
     assert draw_run(study_of(content), folder)[0] == ["slack_map.png"]
 
 
@@ -162,54 +160,6 @@ def test_what_leaves_nothing_at_one_load_or_in_one_case_is_named(tmp_path: Path)
     }
     figure = figure_of(designs(tmp_path / "cases", cases))
     assert "At thick, no design keeps min spool to tendon ≥ 50; every other" in said(figure)
-
-
-EXTENSION: dict[str, Any] = {
-    "motion": {
-        "elbow_angle": grid("0 deg", "90 deg", 7),
-        "speed": "60 deg/s",
-        "direction": "extension",
-    },
-    "tendon": {"pretension": grid("150 N", "400 N", 6)},
-    "spool": {"ratio": [0.5, 0.6, 0.7]},
-    "spring": {"stiffness": "8 kN/m"},
-}
-"""A motor that only lowers the forearm; at a low pretension a weight does it without work."""
-
-
-def test_designs_without_an_efficiency_have_less_than_no_room(tmp_path: Path) -> None:
-    content = {**EXTENSION, "load": {"mass": "5 kg"}, "limits": {"min_efficiency": -100.0}}
-    run = designs(tmp_path / "run", content)
-    cube = cube_of(run)
-    rows = np.arange(run.rows)
-    read = cube.gather(rows, ["motor_work_in", "feasible", "taut", "stable"])
-    has_none = read["motor_work_in"] == 0.0
-    assert 0 < has_none.sum() < run.rows
-    room = cube.room("min_efficiency", rows)
-    np.testing.assert_array_equal(room[has_none], -np.inf)
-    assert np.isfinite(room[~has_none]).all()
-    is_feasible = (read["taut"] == 1.0) & (read["stable"] == 1.0) & (room >= 0.0)
-    np.testing.assert_array_equal(read["feasible"] == 1.0, is_feasible)
-
-
-def test_a_line_parts_designs_without_an_efficiency_from_those_that_have_enough(
-    tmp_path: Path,
-) -> None:
-    content = {**EXTENSION, "load": {"mass": "5 kg"}, "limits": {"min_efficiency": -100.0}}
-    figure = figure_of(designs(tmp_path / "run", content))
-    (axes,) = panels(figure)
-    assert by_gid(axes, "min_efficiency")
-    assert any("efficiency ≥ −100" in text for text in keys(figure))
-
-
-def test_where_no_design_has_an_efficiency_no_design_keeps_its_limit(tmp_path: Path) -> None:
-    loads = {"mass": ["0 kg", "20 kg"]}
-    content = {**EXTENSION, "load": loads, "limits": {"min_efficiency": -100.0}}
-    figure = figure_of(designs(tmp_path / "map", content))
-    assert "At 20 kg load, no design keeps efficiency ≥ −100" in said(figure)
-    content["spool"] = {"ratio": 0.6}
-    figure = figure_of(designs(tmp_path / "lines", content))
-    assert "breaks efficiency ≥ −100" in keys(figure)
 
 
 def test_a_limit_on_pretension_holds_for_the_larger_of_two(tmp_path: Path) -> None:
@@ -257,7 +207,6 @@ MAPS: dict[str, dict[str, Any]] = {
             "min_elbow_stiffness": "1 N m/rad",
             "max_tension": "300 N",
             "max_pretension": "200 N",
-            "max_spool_travel": "150 deg",
             "peak_motor_torque": "8 N m",
             "peak_motor_speed": "3 rad/s",
             "peak_motor_power": "6 W",

@@ -157,7 +157,7 @@ def test_rows_beside_a_list_are_named_by_both(tmp_path: Path) -> None:
 
 
 def test_colours_of_limits_differ_whichever_are_drawn() -> None:
-    others = ["max_backlash", "max_pretension", "min_spring_room"]
+    others = ["peak_motor_power", "max_pretension", "min_spring_room"]
     for named in ([], ["extensor slack"], list(COLOUR_OF_LIMIT)[:5]):
         colours = limit_colours([*others, *named])
         assert len(set(colours.values())) == len(colours) <= len(OKABE_ITO)

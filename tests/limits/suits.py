@@ -23,14 +23,8 @@ LOOSER_AND_TIGHTER = {
     "min_elbow_stiffness": ("-2 N m/rad", "3 N m/rad"),
     "max_pretension": ("120 N", "70 N"),
     "min_spool_to_tendon": (20, 30),
-    "max_spool_travel": ("290 deg", "265 deg"),
-    "max_backlash": ("0.6 deg", "0.5 deg"),
-    "max_torque_band": ("3.5 N m", "3 N m"),
     "peak_motor_speed": ("5.4 rad/s", "4 rad/s"),
     "peak_motor_power": ("16 W", "14 W"),
-    "max_motor_work_in": ("21 J", "19 J"),
-    "max_friction_loss": ("13 J", "10 J"),
-    "min_efficiency": (0.1, 0.35),
 }
 """Two values of each limit, the looser first."""
 assert LOOSER_AND_TIGHTER.keys() == LIMITS.keys()

@@ -27,8 +27,7 @@ QUESTIONS = {
     "a window for which stiffness is limited": ("min_elbow_stiffness", 0, {}),
 }
 LONG_QUESTIONS = {
-    "a sampled window": ("max_spool_travel", 0, {}),
-    "no sampled window": ("peak_motor_power", 0, {}),
+    "a sampled window": ("peak_motor_power", 0, {}),
     "a conflict": ("max_tension", 1, CONFLICT),
     "a conflict on stiffness": ("min_elbow_stiffness", 1, CONFLICT),
     "people and draws": ("max_tension", 1, PEOPLE),

@@ -249,8 +249,6 @@ LIMITS = {
     "peak_motor_torque": 1.1,
     "peak_motor_speed": 1.02,
     "peak_motor_power": 1.03,
-    "max_friction_loss": 1.1,
-    "max_motor_work_in": 1.1,
     "max_tension": 1.2,
 }
 """Limits, as shares of the value at 150 N."""
@@ -269,8 +267,6 @@ def values_at(made, pretensions):
         "peak_motor_torque": np.abs([held.motor_torque, turned.motor_torque]).max(axis=(0, 2, 3)),
         "peak_motor_speed": columns["peak_motor_speed"],
         "peak_motor_power": columns["peak_motor_power"],
-        "max_friction_loss": columns["friction_loss"],
-        "max_motor_work_in": columns["motor_work_in"],
         "max_tension": np.max(tensions, axis=(0, 1, 3, 4)),
         "stiffness": held.elbow_stiffness.min(axis=(1, 2)),
         "slack": slack.any(axis=(1, 2)),

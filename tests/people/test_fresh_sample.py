@@ -408,7 +408,7 @@ def test_fewer_members_judge_changes_where_windows_are_sought_one_by_one():
     """Along a motion in time one change took minutes to judge by all."""
     speed = {"motion": {**MOTION, "speed": "60 deg/s"}}
     parts = (ROUGH, SUIT, LOADS, {"design": {"verify": 5000}})
-    sought = study_of(*parts, speed, {"limits": {"max_friction_loss": "5 J"}})
+    sought = study_of(*parts, speed, {"limits": {"peak_motor_power": "20 W"}})
     plain = study_of(*parts)
     of_plain, of_sought = (Verifier.of(Solver(question_of(study))) for study in (plain, sought))
     assert members_to_judge(of_plain.solver.question) == 5000

@@ -31,15 +31,13 @@ def test_a_limit_that_is_not_given_is_no_key():
 
 @pytest.mark.parametrize("name", list(Limits.model_fields))
 def test_every_limit_reads_back_and_changes_the_hash(name):
-    is_angle = name in ("max_spool_travel", "max_backlash")
-    limit = "0.25 rad" if is_angle else 0.25
     content = {
         "arm": {"contact_width": 0.04},
         "motion": {"speed": "60 deg/s"},
         "spring": {"free_length": 0.07},
         "allow_implausible": True,
     }
-    study = study_from({**content, "limits": {name: limit}})
+    study = study_from({**content, "limits": {name: 0.25}})
     assert study.limits[name] == 0.25
     assert study.hash != study_from(content).hash
     assert study_from(study.document()).hash == study.hash
@@ -104,7 +102,7 @@ def test_the_command_line_sets_whole_numbers_and_truths(tmp_path):
 
 
 def test_a_fault_of_what_a_limit_needs_hides_no_other_and_adds_none():
-    content = {"limits": {"max_backlash": "5 deg"}, "motion": {"speed": "60 deg"}}
+    content = {"limits": {"peak_motor_power": "5 W"}, "motion": {"speed": "60 deg"}}
     with pytest.raises(StudyError, match="the study has 1 fault") as caught:
         study_from(content)
     assert [fault.key for fault in caught.value.faults] == ["motion.speed"]

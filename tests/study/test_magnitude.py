@@ -33,7 +33,6 @@ PATHS = {
 """Quantity of each key that holds a number."""
 WITHOUT_RANGE = {
     "load_scale": "a task's torque may be of any size and sign",
-    "min_efficiency": "every share is plausible",
     "reading_error": "a tension or a torque, as the gauge shows",
 }
 """Quantities of keys that no unit makes plausible or implausible, with the reason."""

@@ -103,7 +103,7 @@ def test_it_takes_every_unit_of_a_key_and_no_other():
             "sheath": {"friction": {"mean": 0.07, "std": 0.002}},
         },
         {
-            "limits": {"max_tension": ["300 N", "400 N"], "min_efficiency": 0.4},
+            "limits": {"max_tension": ["300 N", "400 N"], "peak_motor_power": 40},
             "motion": {"speed": "60 deg/s"},
         },
         {"output": {"states": ["status", "flexor_tension_distal"]}},

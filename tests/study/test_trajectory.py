@@ -206,8 +206,8 @@ def test_an_inertia_without_a_trajectory_is_for_logs_and_said():
         ({"motion": {"trajectory": "reach.csv", "elbow_angle": "10 deg"}}, "motion.elbow_angle"),
         ({"motion": {"trajectory": "reach.csv", "cutoff": "60 Hz"}}, "less than 50 Hz"),
         (
-            {"motion": {"trajectory": "reach.csv"}, "limits": {"max_backlash": "5 deg"}},
-            "limits.max_backlash",
+            {"motion": {"trajectory": "reach.csv"}, "design": {"minimise": "max_backlash"}},
+            "which a trajectory does not have",
         ),
         (
             {"motion": {"trajectory": "reach.csv"}, "joint": {"excursion": SHORT_EXCURSION}},

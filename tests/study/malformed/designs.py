@@ -4,14 +4,8 @@ from .row import toml
 
 MASSES = 'load.mass = ["3 kg", "5 kg"]\n'
 LIMITS_THAT_NEED_A_SPEED = {
-    "max_spool_travel": "300 deg",
-    "max_backlash": "5 deg",
-    "max_torque_band": "2 N m",
     "peak_motor_speed": "30 rpm",
     "peak_motor_power": "40 W",
-    "max_motor_work_in": "20 J",
-    "max_friction_loss": "10 J",
-    "min_efficiency": "40 %",
 }
 
 
@@ -51,8 +45,8 @@ DESIGNS = (
     ),
     toml(
         "a limit of a case without what it needs",
-        "[[cases]]\nname = 'a'\nlimits.max_backlash = '3 deg'\n",
-        "limits.max_backlash",
+        "[[cases]]\nname = 'a'\nlimits.peak_motor_power = '3 W'\n",
+        "limits.peak_motor_power",
         "speed",
     ),
     toml(

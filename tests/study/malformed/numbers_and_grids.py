@@ -149,13 +149,6 @@ ANGLES = (
         "std: 5 may be",
         '"5 deg"',
     ),
-    toml(
-        "a bare limit",
-        "limits.max_backlash = 5\nmotion.speed = 1\n",
-        "limits.max_backlash",
-        '"5 deg"',
-        line=1,
-    ),
 )
 
 

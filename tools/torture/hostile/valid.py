@@ -55,19 +55,11 @@ LIMITS = {
     "min_elbow_stiffness": (-5, 30, "N m/rad"),
     "max_pretension": (20, 800, "N"),
     "min_spool_to_tendon": (5, 40, ""),
-    "max_spool_travel": (60, 720, "deg"),
-    "max_backlash": (1, 200, "deg"),
-    "max_torque_band": (0.1, 20, "N m"),
     "peak_motor_speed": (1, 40, "rad/s"),
     "peak_motor_power": (1, 100, "W"),
-    "max_motor_work_in": (0.1, 50, "J"),
-    "max_friction_loss": (0.1, 50, "J"),
-    "min_efficiency": (-1, 0.9, ""),
 }
 """Lowest and highest value of each limit, and its unit."""
 OF_A_SPEED = [*LIMITS][10:]
-OF_WORK = ("max_motor_work_in", "max_friction_loss", "min_efficiency")
-OF_BOTH_DIRECTIONS = ("max_backlash", "max_torque_band")
 GOALS = (
     "tolerance",
     "served_at",
@@ -79,6 +71,7 @@ GOALS = (
     "peak_motor_torque",
     "min_elbow_stiffness",
 )
+GOALS_OF_A_MOTION = ("peak_motor_power", "motor_work_in", "friction_loss", "spool_travel")
 STATE_COLUMNS = ("status", "motor_torque", "flexor_tension_distal", "elbow_stiffness")
 FILES = {
     "route.csv": "x_mm,y_mm,z_mm\n0,0,0\n100,0,0\n200,10,0\n250,80,10\n260,160,20\n300,240,10\n",
@@ -492,10 +485,6 @@ class Maker:
     def limits(self, study):
         """Return `[limits]`: those that the study gives what they need."""
         motion = study["motion"]
-        directions = motion.get("direction", ["flexion", "extension"])
-        has_both = "trajectory" not in motion and len(directions) == 2
-        angles = motion.get("elbow_angle")
-        is_one_angle = isinstance(angles, str) or (isinstance(angles, list) and len(angles) == 1)
         spring = study["spring"]
         springs = [spring, spring.get("flexor", {}), spring.get("extensor", {})]
         is_plain = not any("at" in each or "rigid" in each.get("stiffness", ()) for each in springs)
@@ -507,12 +496,6 @@ class Maker:
         forbidden = set()
         if "speed" not in motion and "trajectory" not in motion:
             forbidden.update(OF_A_SPEED)
-        if not has_both:
-            forbidden.update(OF_BOTH_DIRECTIONS)
-        if is_one_angle:
-            forbidden.add("min_efficiency")
-        if not self.intervals:
-            forbidden.update(OF_WORK)  # their proofs over a box take half a minute
         if not has_room:
             forbidden.add("min_spring_room")
         if not has_strap:
@@ -528,7 +511,9 @@ class Maker:
         """Return `[design]`."""
         design = {}
         if self.happens(0.3):
-            goals = self.rng.sample(GOALS, self.rng.randint(1, 3))
+            moves = study["motion"].keys() & {"speed", "trajectory"}
+            known = (*GOALS, *GOALS_OF_A_MOTION) if moves else GOALS
+            goals = self.rng.sample(known, self.rng.randint(1, 3))
             design["minimise"] = goals[:1] if self.happens(0.5) else goals[0]
             if goals[1:]:
                 design["maximise"] = goals[1:]

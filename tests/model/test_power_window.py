@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.limits import LIMIT_NAMES
+from tendon_cli.model.limits import LIMIT_NAMES, POWER
 from tendon_cli.model.motor import cycle_columns
-from tendon_cli.model.motor_window import narrow
+from tendon_cli.model.power_window import within_power
 from tendon_cli.model.window import window
 
 from .designs import BOTH_DIRECTIONS, baseline, design
@@ -15,13 +15,6 @@ ANGLES = np.radians(np.linspace(0.0, 90.0, 10)).reshape(1, -1)
 SPEED = np.radians(60.0)
 RATIOS = (0.6, 0.8, 1.0)
 LOADS = (0.0, 3.0, 8.0)
-COLUMNS = {
-    "max_motor_work_in": "motor_work_in",
-    "max_friction_loss": "friction_loss",
-    "min_efficiency": "efficiency",
-    "max_spool_travel": "spool_travel",
-}
-"""Result of the cycle that a limit bounds, where their names differ."""
 
 
 def grid_windows(**limits):
@@ -31,8 +24,8 @@ def grid_windows(**limits):
     made = design(baseline(ratio=ratio, load_mass=load))
     bounds = Bounds(speed=SPEED, **limits)
     wide = window(made, ANGLES, BOTH_DIRECTIONS, Bounds())
-    of_states = window(made, ANGLES, BOTH_DIRECTIONS, bounds)
-    return wide, narrow(of_states, made, ANGLES, BOTH_DIRECTIONS, bounds)
+    of_forms = window(made, ANGLES, BOTH_DIRECTIONS, bounds)
+    return wide, within_power(of_forms, made, ANGLES, BOTH_DIRECTIONS, bounds)
 
 
 def results_at(pretension, name, **changes):
@@ -48,27 +41,12 @@ def result_at(pretension, name, **changes):
     return float(cycle_columns(made, ANGLES, BOTH_DIRECTIONS, SPEED)[name])
 
 
-def is_kept(name, limit, pretension, **changes):
-    """Return True at pretensions at which a limit is kept."""
-    values = results_at(pretension, COLUMNS.get(name, name), **changes)
-    if name.startswith("min"):
-        return values >= limit
-    return values <= limit
-
-
 @pytest.mark.parametrize(
     ("name", "limit"),
     [
         ("peak_motor_speed", 4.2),
-        ("max_backlash", 0.009),
-        ("max_torque_band", 3.5),
-        ("max_spool_travel", 3.9),
         ("peak_motor_power", 10.0),
         ("peak_motor_power", 18.0),
-        ("max_motor_work_in", 20.0),
-        ("max_friction_loss", 11.0),
-        ("min_efficiency", 0.2),
-        ("min_efficiency", 0.5),
     ],
 )
 def test_what_is_left_of_a_window_is_what_the_cycle_allows(name, limit):
@@ -82,7 +60,7 @@ def test_what_is_left_of_a_window_is_what_the_cycle_allows(name, limit):
                 continue
             pretension = np.linspace(wide.low[place], wide.high[place], 42)[1:-1]
             within = (left.low[place] <= pretension) & (pretension <= left.high[place])
-            kept = is_kept(name, limit, pretension, ratio=ratio, load_mass=load)
+            kept = results_at(pretension, name, ratio=ratio, load_mass=load) <= limit
             np.testing.assert_array_equal(within, kept)
             low_moved = left.low[place] != wide.low[place]
             high_moved = left.high[place] != wide.high[place]
@@ -91,22 +69,17 @@ def test_what_is_left_of_a_window_is_what_the_cycle_allows(name, limit):
 
 
 def test_ends_are_exact():
-    wide, left = grid_windows(max_friction_loss=11.0, max_backlash=0.02)
-    cut = wide.is_open & (left.high < wide.high)
+    _, left = grid_windows(peak_motor_power=10.0)
+    cut = left.is_open & (left.low_by == POWER)
     assert cut.any()
     for row, column in np.argwhere(cut):
         changes = {"ratio": RATIOS[row], "load_mass": LOADS[column]}
-        loss = result_at(left.high[row, column], "friction_loss", **changes)
-        assert loss == pytest.approx(11.0, rel=1e-9)
+        power = result_at(left.low[row, column], "peak_motor_power", **changes)
+        assert power == pytest.approx(10.0, rel=1e-9)
 
 
 def test_limits_together_leave_what_each_leaves():
-    limits = {
-        "max_backlash": 0.009,
-        "max_friction_loss": 11.0,
-        "peak_motor_speed": 4.2,
-        "max_spool_travel": 3.9,
-    }
+    limits = {"peak_motor_power": 18.0, "peak_motor_speed": 4.2, "max_tension": 400.0}
     wide, left = grid_windows(**limits)
     left_by_one = [grid_windows(**{name: limit})[1] for name, limit in limits.items()]
     low = np.max([result.low for result in left_by_one], axis=0)
@@ -119,10 +92,10 @@ def test_limits_together_leave_what_each_leaves():
 
 
 def test_a_limit_that_no_pretension_keeps_is_the_reason():
-    wide, left = grid_windows(max_friction_loss=0.01)
+    wide, left = grid_windows(peak_motor_power=0.01)
     was_open = wide.is_open
     assert np.isnan(left.low[was_open]).all()
-    assert {LIMIT_NAMES[code] for code in left.low_by[was_open]} == {"max_friction_loss"}
+    assert {LIMIT_NAMES[code] for code in left.low_by[was_open]} == {"peak_motor_power"}
     assert not left.is_open.any()
 
 
@@ -135,7 +108,7 @@ def test_the_widest_interval_that_keeps_a_limit_is_used():
     power = results_at(pretension, "peak_motor_power", **changes)
     limit = float(np.quantile(power, 0.5))
     bounds = Bounds(speed=SPEED, peak_motor_power=limit)
-    left = narrow(wide, made, ANGLES, BOTH_DIRECTIONS, bounds)
+    left = within_power(wide, made, ANGLES, BOTH_DIRECTIONS, bounds)
     allowed = power <= limit
     edges = np.diff(allowed.astype(int), prepend=0, append=0)
     runs = np.flatnonzero(edges == -1) - np.flatnonzero(edges == 1)
@@ -149,10 +122,10 @@ def test_without_an_upper_end_the_window_ends_where_a_limit_does():
     wide = window(made, ANGLES, BOTH_DIRECTIONS, Bounds(min_elbow_stiffness=-np.inf))
     assert np.isinf(wide.high)
 
-    def left_by(max_spool_travel):
-        bounds = Bounds(speed=SPEED, max_spool_travel=max_spool_travel)
-        return narrow(wide, made, ANGLES, BOTH_DIRECTIONS, bounds)
+    def left_by(most):
+        bounds = Bounds(speed=SPEED, peak_motor_power=most)
+        return within_power(wide, made, ANGLES, BOTH_DIRECTIONS, bounds)
 
-    travel = result_at(left_by(7.0).high, "spool_travel", load_mass=3.0)
-    assert travel == pytest.approx(7.0, rel=1e-9)
-    assert np.isinf(left_by(1e9).high)
+    power = result_at(left_by(100.0).high, "peak_motor_power", load_mass=3.0)
+    assert power == pytest.approx(100.0, rel=1e-9)
+    assert np.isinf(left_by(1e15).high)
