@@ -15,7 +15,7 @@ from tendon_cli.commands.compute import command_of
 from tendon_cli.commands.fit_friction import fit_friction
 from tendon_cli.commands.fit_suit import fit_suit
 from tendon_cli.commands.read_results import check, compare, export, plot, report, show
-from tendon_cli.commands.studies import init, paper, schema, state
+from tendon_cli.commands.studies import init, schema, state
 from tendon_cli.errors import (
     MemoryShortError,
     OutputError,
@@ -92,7 +92,6 @@ _COMMANDS: tuple[Callable[..., None], ...] = (
     plot,
     show,
     export,
-    paper,
     report,
     completion,
 )

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 EXIT_BUG = 1
 EXIT_NEGATIVE = 4
-"""Finished, but some states have no equilibrium, or the paper's ledger is not as recorded."""
+"""Finished, but the result is negative: some states have no equilibrium, a limit is broken."""
 
 
 class TendonError(Exception):

@@ -123,9 +123,7 @@ StudyArgument = Annotated[
 ]
 RunArgument = Annotated[
     Path,
-    typer.Argument(
-        parser=results_path, metavar="RUN", help="folder of a sweep, a design or the paper"
-    ),
+    typer.Argument(parser=results_path, metavar="RUN", help="folder of a sweep or a design"),
 ]
 SettingsOption = Annotated[
     list[str] | None,

@@ -1,4 +1,4 @@
-"""Commands on studies: `tendon init`, `schema`, `state` and `paper`."""
+"""Commands on studies: `tendon init`, `schema` and `state`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -8,8 +8,7 @@ import typer
 import tendon_cli as tendon
 from tendon_cli.commands import completion, options
 from tendon_cli.errors import EXIT_NEGATIVE
-from tendon_cli.startup import stopped_by_signals
-from tendon_cli.terminal import print_result, progress
+from tendon_cli.terminal import print_result
 
 StarterArgument = Annotated[
     Path | None,
@@ -122,24 +121,4 @@ def state(
     )
     print_result(page.record if as_json else page.text)
     if not page.has_equilibrium:
-        raise typer.Exit(EXIT_NEGATIVE)
-
-
-PaperFolderOption = Annotated[Path, options.output_option("folder to write to", "DIR")]
-
-
-def paper(
-    out: PaperFolderOption = Path("results/paper"),
-    overwrite: options.OverwriteFileOption = False,
-    jobs: options.JobsOption = None,
-    quiet: options.QuietOption = False,
-    as_json: options.JsonOption = False,
-) -> None:
-    """Reproduce the paper: every figure, and a check of every finding and claim."""
-    with stopped_by_signals(str(out)) as stop, progress("paper", quiet=quiet or as_json) as show:
-        from tendon_cli.paper.reproduce import reproduce
-
-        done = reproduce(out, jobs=jobs, progress=show.parts, stop=stop, overwrite=overwrite)
-    print_result(done.record() if as_json else done.text(), unless=quiet and not as_json)
-    if not done.holds:
         raise typer.Exit(EXIT_NEGATIVE)

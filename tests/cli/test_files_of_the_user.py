@@ -7,7 +7,6 @@ import pytest
 
 import tendon_cli as tendon_library
 from tendon_cli.errors import UsageError
-from tendon_cli.paper.reproduce import _check_files as check_files
 
 STUDY = """
 name = "mine"
@@ -160,22 +159,6 @@ def test_a_csv_that_the_study_reads_is_never_taken_for_an_export(tendon, place):
     assert tendon("export", "of-joined", "people.csv", "--overwrite").exit == 0
     # A file with that header which the study does not read counts as an export.
     assert tendon("export", "of-joined", "out.csv").exit == 0
-
-
-@pytest.mark.parametrize("name", ["fig07.png", "table_a1.png", "ledger.md", "ledger.json"])
-def test_the_paper_is_refused_before_it_is_run_if_a_file_is_of_the_user(tendon, place, name):
-    folder = place / "results" / "paper"
-    folder.mkdir(parents=True)
-    (folder / name).write_bytes(b'[{"id": "tendon"}]')
-    refused = tendon("paper")
-    assert refused.exit == 2
-    assert "tendon did not write it" in refused.err
-    assert [file.name for file in folder.iterdir()] == [name]
-
-
-def test_the_paper_that_tendon_wrote_may_be_replaced():
-    shipped = Path(__file__).parents[2] / "results" / "paper"
-    check_files(shipped, overwrite=False)
 
 
 def test_a_study_is_never_written_over(tendon, place):

@@ -16,7 +16,6 @@ STUDY = '[load]\nmass = ["0 kg", "5 kg"]\n[motion]\nspeed = "60 deg/s"\n'
 PLACES = [
     ("sweep", "study.toml", "--out"),
     ("design", "study.toml", "--out"),
-    ("paper", "--out"),
     ("check",),
     ("check", "run", "--baseline"),
     ("show",),

@@ -381,7 +381,6 @@ plot quick --quantity motor_torque --out quick.png
 report quick --out quick.html
 check quick --worst 3 --markdown
 check quick --baseline quick2 --except spring.stiffness --except name --json
-paper --out paper --json
 schema
 design moving.toml --why --out moving
 plot moving --between --out moving.svg
@@ -439,7 +438,7 @@ def answers_of(number: int, known: dict[Path, tuple[int, int]]) -> Answers:
         yield f"{number} figures of {line}", json.dumps(figures)
     for file in new_files(known):
         content = b"" if file.suffix in PICTURES else file.read_bytes()
-        if file.suffix in (".json", ".html") and file.name != "ledger.json":
+        if file.suffix in (".json", ".html"):
             content = TIMES.sub("TIME", content.decode()).encode()
         yield f"{number} {file}", hashlib.sha256(content).hexdigest()
 
