@@ -13,6 +13,7 @@ from tendon_cli import registry
 from tendon_cli.engine.results import Result
 from tendon_cli.engine.task import Task
 from tendon_cli.registry import TaskKind, kinds, load, table_kinds
+from tests.shells import asked_by_bash
 from tests.weigh import G
 
 ROOT = Path(__file__).parents[1]
@@ -88,11 +89,13 @@ def test_tables_of_a_third_verb_are_shown_exported_checked_and_reported(weighed,
 
 
 def test_words_of_a_third_verb_are_completed(weighed):
-    assert "igh" in weighed("completion", "bash", "--line", "tendon we").out.split()
-    line = "tendon show run --table "
-    assert weighed("completion", "bash", "--line", line).out.split() == ["weights"]
-    line = "tendon show run --columns load_w"
-    assert weighed("completion", "bash", "--line", line).out.split() == ["eight"]
+    offered = {
+        "tendon we": "weigh",
+        "tendon show run --table ": "weights",
+        "tendon show run --columns load_w": "load_weight",
+    }
+    for line, word in offered.items():
+        assert weighed(**asked_by_bash(line)).out.split() == [word]
 
 
 def test_a_result_of_a_third_verb_is_opened_and_drawn(weighed, workplace, monkeypatch):

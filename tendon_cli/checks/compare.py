@@ -145,7 +145,7 @@ def check_studies(
         known.update(".".join(parts[: depth + 1]) for depth in range(len(parts)))
     unknown = [key for key in apart if key not in known.union(Study.model_fields)]
     if unknown:
-        hint = hint_at_nearest(unknown[0], known) or "`tendon schema` lists every key"
+        hint = hint_at_nearest(unknown[0], known) or "`tendon init --schema` lists every key"
         raise UsageError(f'a study has no key "{shorten(unknown[0])}"', where="--except", hint=hint)
     varied = {*may_differ, *apart}
     lines = []

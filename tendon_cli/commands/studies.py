@@ -1,4 +1,4 @@
-"""Commands on studies: `tendon init`, `schema` and `state`."""
+"""Commands on studies: `tendon init` and `tendon state`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -24,7 +24,6 @@ TemplateOption = Annotated[
         "NAME",
         "question to start from: sweep, design, robust, people, motor or friction",
         "--for",
-        "--template",
         completer=completion.templates,
     ),
 ]
@@ -38,6 +37,12 @@ ListOption = Annotated[
         "--list", help="list the questions and the files that --from copies, write nothing"
     ),
 ]
+SchemaOption = Annotated[
+    bool,
+    typer.Option(
+        "--schema", help="print the JSON Schema of the study file, for editors, write nothing"
+    ),
+]
 
 
 def init(
@@ -45,6 +50,7 @@ def init(
     template: TemplateOption = "sweep",
     example: ExampleOption = None,
     listed: ListOption = False,
+    schema: SchemaOption = False,
 ) -> None:
     """Write a commented study to start from, or copy one from the documentation."""
     from tendon_cli.studies import starter
@@ -53,6 +59,11 @@ def init(
         questions = [f"  {name:<10} {question}" for name, question in starter.TEMPLATES.items()]
         files = [f"  {name}" for name in starter.examples()]
         print_result("\n".join(["--for", *questions, "--from", *files]))
+        return
+    if schema:
+        from tendon_cli.studies.json_schema import schema_text
+
+        print_result(schema_text())
         return
     options.refuse_both("--for", template != "sweep", "--from", example is not None)
     if example is not None:
@@ -63,13 +74,6 @@ def init(
         starter.write_starter(file, template)
         step = starter.next_step(template, file)
     print_result(f"{file} written; {step}")
-
-
-def schema() -> None:
-    """Print the JSON Schema of the study file, for editors."""
-    from tendon_cli.studies.json_schema import schema_text
-
-    print_result(schema_text())
 
 
 PersonOption = Annotated[

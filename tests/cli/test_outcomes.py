@@ -85,7 +85,7 @@ def assert_one_error(text):
 
 
 UNWRITABLE = [
-    ("full", "schema"),
+    ("full", "init --schema"),
     ("full", "state study.toml"),
     ("full", "sweep study.toml --dry-run"),
     ("full", "init new.toml"),
@@ -99,7 +99,7 @@ UNWRITABLE = [
     ("closed", "state study.toml"),
     ("closed", "sweep study.toml --no-figures"),
     ("closed", "--help"),
-    ("left", "schema"),
+    ("left", "init --schema"),
     ("left", "--help"),
     ("left", "sweep --help"),
     ("left", ""),

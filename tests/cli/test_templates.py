@@ -33,7 +33,7 @@ SMALLER = {
 
 @pytest.mark.parametrize("template", TEMPLATES)
 def test_a_template_is_a_valid_study_that_names_its_schema(tendon, workplace, template):
-    assert tendon("init", "mine.toml", "--template", template).exit == 0
+    assert tendon("init", "mine.toml", "--for", template).exit == 0
     text = (workplace / "mine.toml").read_text(encoding="utf-8")
     assert "#:schema ./tendon.schema.json" in text.splitlines()
     jsonschema.validate(tomllib.loads(text), json.loads(schema_text()))
@@ -53,7 +53,7 @@ def test_a_template_in_yaml_is_the_same_study(template):
 
 @pytest.mark.parametrize("template", [name for name in TEMPLATES if name != "sweep"])
 def test_a_template_has_an_answer(tendon, template):
-    tendon("init", "mine.toml", "--template", template)
+    tendon("init", "mine.toml", "--for", template)
     smaller = set_options(*SMALLER.get(template, []))
     ran = tendon("design", "mine.toml", "--no-figures", "--json", *smaller)
     # Nothing promises that some suit serves enough of the arms of the robust study, nor that a

@@ -79,7 +79,7 @@ COMMANDS = [
     SWEEP,
     ("--version",),
     ("init", "new.toml"),
-    ("schema",),
+    ("init", "--schema"),
     ("state", "study.toml"),
     ("sweep", "study.toml", "--dry-run"),
     ("plot", "run", "--out", "figure.svg"),

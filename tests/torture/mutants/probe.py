@@ -330,10 +330,9 @@ design tight.toml --dry-run
 sweep rich.toml --set 'arm.a1=1 kg' --set arm.b3=1
 show people.csv
 export people.csv read.csv
-init --template people people.toml
-init --template motor motor.toml
+init --for people people.toml
+init --for motor motor.toml
 init mine.toml
-completion bash --line 'tendon sweep --set spr'
 plot rich.toml --arm --angle '20 deg' --angle '90 deg' --case long --out arm.png
 sweep rich.toml --quiet --no-figures --allow-no-equilibrium --jobs 1 --out rich
 sweep ankle.toml --out ankle
@@ -381,7 +380,7 @@ plot quick --quantity motor_torque --out quick.png
 report quick --out quick.html
 check quick --worst 3 --markdown
 check quick --baseline quick2 --except spring.stiffness --except name --json
-schema
+init --schema
 design moving.toml --why --out moving
 plot moving --between --out moving.svg
 export moving moving.csv --to controller
