@@ -160,7 +160,7 @@ def test_an_unknown_option_is_named_with_those_that_there_are(compute):
     with pytest.raises(UsageError, match='has no option "foo"') as refused:
         compute({}, foo=1)
     assert refused.value.hint == (
-        "it has study, out, jobs, figures, resume, overwrite, lock, scheduler, progress, proving, "
+        "it has study, out, jobs, figures, resume, overwrite, scheduler, progress, proving, "
         "confirm, stop"
     )
 

@@ -173,9 +173,6 @@ OverwriteFileOption = Annotated[
 ]
 YesOption = Annotated[bool, typer.Option("--yes", "-y", help="write more than 1 GB without asking")]
 NoFiguresOption = Annotated[bool, typer.Option("--no-figures", help="draw no figures")]
-NoLockOption = Annotated[
-    bool, typer.Option("--no-lock", help="do not lock the folder, for file systems without locks")
-]
 SchedulerOption = Annotated[
     str | None, option("tcp://HOST:PORT", "compute on this running Dask cluster")
 ]

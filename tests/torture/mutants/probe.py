@@ -389,7 +389,7 @@ state parts.toml --row spring=S4 --row motor=M9
 export parts parts.csv --units study
 design limited.toml --why --out limited
 plot limited -x limits.peak_motor_torque --out trade_off.svg
-export limited arm.xml --to mujoco --frictionloss
+export limited arm.xml --to mujoco
 export limited torques.csv --to controller
 export limited numbers.csv --to parameters --choice 1
 design first.toml --no-figures --out first
