@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from tendon_cli.errors import Fault
 from tendon_cli.studies.fields import hint_at_nearest
+from tendon_cli.studies.gone import IS_GONE, instead_of
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.toml_reading import KeyPlaces
 from tendon_cli.units import described, shorten
@@ -126,13 +127,6 @@ def _fault(detail: Any, places: KeyPlaces, *, has_tables: bool) -> Fault:
     return places.placed(Fault(shorten(".".join(path), 120), problem, hint), whole_key)
 
 
-_FALLEN_AWAY = {
-    "motion.reversal": "leave it out: friction follows the sliding of the tendons, which follows "
-    "from the motion and the suit",
-}
-"""Keys of earlier versions, each with what to do now."""
-
-
 def _problem_and_hint(detail: Any, path: list[str], *, has_tables: bool) -> tuple[str, str | None]:
     """Return the problem and a hint, in our words, from what pydantic reports."""
     kind = detail["type"]
@@ -145,8 +139,9 @@ def _problem_and_hint(detail: Any, path: list[str], *, has_tables: bool) -> tupl
         if path[0] == "cases" and any(f"{known}.".startswith(f"{key}.") for known in key_words()):
             hint = f"state {key} for the whole study, or write a study for each case"
             return "is the same for all cases", hint
-        if key in _FALLEN_AWAY:
-            return "is no longer a key", _FALLEN_AWAY[key]
+        instead = instead_of(path)
+        if instead is not None:
+            return IS_GONE, instead
         return "unknown key", _hint_at_key(path, given, has_tables=has_tables)
     if kind == "literal_error":
         words = [word.strip(" '") for word in context["expected"].replace(" or ", ",").split(",")]

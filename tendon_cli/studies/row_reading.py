@@ -25,6 +25,7 @@ from tendon_cli.space.axis import NAMED_AXES, CarriedColumn, split_side
 from tendon_cli.studies.contents import keys
 from tendon_cli.studies.design_section import CHOICE_RESULTS
 from tendon_cli.studies.fields import SingleField, fault, hint_at_nearest
+from tendon_cli.studies.gone import IS_GONE, instead_of
 from tendon_cli.studies.magnitude import Slip
 from tendon_cli.studies.model_words import KEYS_OF_WORDS, WORDS_OF
 from tendon_cli.studies.number import parts_of_text
@@ -205,7 +206,10 @@ class RowReader:
             return False
         if "." in header.name:
             near = hint_at_nearest(header.name, row_keys(), cutoff=0.6)
-            if header.name.startswith("motion."):
+            instead = instead_of(header.name.split("."))
+            if instead is not None:
+                self._refuse_header(header, IS_GONE, instead)
+            elif header.name.startswith("motion."):
                 problem = "is the same for all rows"
                 self._refuse_header(header, problem, f"state {header.name} in the study")
             elif near is None:

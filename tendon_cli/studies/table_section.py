@@ -15,6 +15,7 @@ from tendon_cli.errors import Fault
 from tendon_cli.studies.contents import keys
 from tendon_cli.studies.design_section import Seed
 from tendon_cli.studies.fields import FieldMark, fault, fault_inside, hint_at_nearest, whole_number
+from tendon_cli.studies.gone import IS_GONE, instead_of
 from tendon_cli.studies.parts import FileName, Part, field_default
 from tendon_cli.studies.row_reading import RowCells, RowReader, known_columns, row_keys
 from tendon_cli.studies.row_table import NAME, RowTable, StatedRole
@@ -129,6 +130,9 @@ class _BetweenField(FieldMark):
             raise fault(f"{described(value)} is not a table, expected a range for each key", hint)
         numbers: dict[str, StudyNumber] = {}
         for key, stated in _flat(value):
+            instead = instead_of(key.split("."))
+            if instead is not None:
+                raise fault_inside(key, fault(IS_GONE, instead))
             if key not in row_keys() or key not in keys():
                 near = hint_at_nearest(key, row_keys(), cutoff=0.6)
                 raise fault_inside(shorten(key), fault("unknown key", near))

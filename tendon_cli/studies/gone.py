@@ -1,0 +1,23 @@
+"""Keys that a study had in earlier versions, each with what to use instead."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+GONE: dict[str, str] = {
+    "motion.reversal": "leave it out: friction follows the sliding of the tendons, which follows "
+    "from the motion and the suit",
+}
+"""Advice by dotted key; the keys and columns that it names stand in backticks."""
+IS_GONE = "is no longer a key"
+"""Problem of such a key."""
+
+
+def instead_of(path: Iterable[str]) -> str | None:
+    """Return what to use instead of a key that a study had; None for any other.
+
+    Args:
+        path: The key, part by part; places in lists, and the case that sets it, do not count.
+    """
+    names = [part for part in path if not part.isdecimal()]
+    return GONE.get(".".join(names[1:] if names[0] == "cases" else names))
