@@ -51,6 +51,15 @@ app = typer.Typer(
 
 _COMPLETES = "_TENDON_COMPLETE"
 """Variable of the environment by which a shell asks for completions."""
+GONE = {
+    "paper": "`make paper` in the repository reproduces the paper",
+    "schema": "`tendon init --schema` prints it",
+    "completion": "`tendon --install-completion` sets it up",
+    "--no-lock": "leave it out: a file system without locks is noticed, and told",
+    "--frictionloss": "leave it out: the model says in a comment which friction it lacks",
+    "--template": "`tendon init --for` takes the question",
+}
+"""Commands and options of earlier versions, each with what to use instead."""
 _NO_BRACES = str.maketrans("", "", "{}")
 
 
@@ -132,7 +141,7 @@ def _run(words: list[str], debug: bool) -> int:
         give_up_stdout()
         return OutputError.exit
     except Exception as error:  # noqa: BLE001 - whatever it is, it ends in one message and a code
-        fault = _as_fault(error)
+        fault = _as_fault(error, words)
         if debug:
             traceback.print_exception(error)
         print_error(fault, as_json="--json" in words)
@@ -140,8 +149,8 @@ def _run(words: list[str], debug: bool) -> int:
     return exit_code(code if isinstance(code, int) else 0)
 
 
-def _as_fault(error: Exception) -> TendonError:
-    """Return any exception as an error with an exit code and a message."""
+def _as_fault(error: Exception, words: list[str]) -> TendonError:
+    """Return any exception of a command as an error with an exit code and a message."""
     if isinstance(error, TendonError):
         return error
     if is_memory_short(error):
@@ -151,6 +160,10 @@ def _as_fault(error: Exception) -> TendonError:
     message = getattr(error, "format_message", None)
     if callable(message):  # typer's errors of a wrong call
         option = getattr(error, "option_name", None)
+        command = next((word for word in words if not word.startswith("-")), "")
+        if (option or command) in GONE:
+            problem = f"no such option: {option}" if option else f"no such command: {command}"
+            return UsageError(problem, hint=GONE[option or command])
         similar = getattr(error, "possibilities", None)
         if option and similar:
             hint = f"did you mean {' or '.join(similar)}?"

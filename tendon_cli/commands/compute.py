@@ -109,7 +109,7 @@ def _compute(
         all_settings = list(settings or ())
         if kind.setting is not None and texts:
             all_settings.append(f"{kind.setting.key}={json.dumps(texts)}")
-        loaded = tendon.load_study(study, all_settings)
+        loaded = tendon.study(study, all_settings)
         folder = out or Path("results", f"{loaded.name}{kind.suffix}")
         if dry_run:
             record, text = face.size(kind.verb, loaded, folder, jobs, not no_figures)

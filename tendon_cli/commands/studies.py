@@ -112,7 +112,7 @@ def state(
     as_json: options.JsonOption = False,
 ) -> None:
     """Work out one state line by line, with the numbers of every equation, to check by hand."""
-    loaded = tendon.load_study(study, settings or ())
+    loaded = tendon.study(study, settings or ())
     page = tendon.state(
         loaded,
         case,

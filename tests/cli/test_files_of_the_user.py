@@ -172,7 +172,7 @@ def test_a_study_is_never_written_over(tendon, place):
 LIBRARY = {
     "run": lambda out, **how: tendon_library.open("run").plot(out=out, **how),
     "plot": lambda out, **how: tendon_library.plot(tendon_library.open("answer"), out=out, **how),
-    "study": lambda out, **how: tendon_library.load_study("study.toml").plot(out=out, **how),
+    "study": lambda out, **how: tendon_library.study("study.toml").plot(out=out, **how),
     "state": lambda out, **how: tendon_library.state("study.toml", plot=out, **how),
     "fit": lambda out, **how: tendon_library.fit_friction("log.csv").plot(out=out, **how),
     "report": lambda out, **how: tendon_library.report("run", out, **how),

@@ -123,7 +123,7 @@ def test_a_route_is_drawn_with_the_angle_of_the_model_or_that_of_a_setting(
     write_study('[sheath]\npath = "route.csv"\n')
     command = ("plot", "--arm", "study.toml", "--json", "--out", "arm.svg")
     assert figures(tendon(*command)) == ["arm.svg", "arm-route.svg"]
-    angle = tendon_library.load_study("study.toml").sheath.bend_angle.single
+    angle = tendon_library.study("study.toml").sheath.bend_angle.single
     assert f"φ = {math.degrees(angle):.4g} deg" in (workplace / "arm-route.svg").read_text()
     figures(tendon(*command, "--set", "sheath.path=other.csv"))
     assert "other.csv" in (workplace / "arm-route.svg").read_text()

@@ -65,7 +65,7 @@ def test_thinning_keeps_both_ends_and_the_bound(lengths, most):
 
 
 def test_the_maps_are_the_designs_of_the_run(swept, page_file):
-    designs = tendon.open_run(swept).designs
+    designs = tendon.open(swept).designs
     data = data_of(page_file)
     assert [len(axis["values"]) for axis in data["axes"]] == [9, 7, 2]
     margin = item_with(data["quantities"], "name", "margin")
@@ -223,7 +223,7 @@ def test_a_column_that_is_limited_comes_before_those_that_find_no_room(tmp_path,
 def test_a_map_opens_at_the_best_choice_or_at_a_feasible_design(
     swept, page_file, answered, answer_page
 ):
-    designs = tendon.open_run(swept).designs
+    designs = tendon.open(swept).designs
     start = np.ravel_multi_index(data_of(page_file)["start"], (9, 7, 2))
     assert designs["feasible"][start]
     record = json.loads((answered / "design.json").read_text(encoding="utf-8"))
