@@ -69,8 +69,8 @@ def question_notes(
             f"uncertain numbers take their middle value ({', '.join(study.uncertain)}), because the"
             " study has draws = 0 under [uncertainty]"
         )
-    asks_for_draws = study.uncertainty is not None and study.uncertainty.draws > 0
-    if asks_for_draws and not study.uncertain:
+    stated = study.uncertainty
+    if stated is not None and stated.asks_for_draws and stated.draws and not study.uncertain:
         yield "nothing in this study is uncertain, so [uncertainty] draws nothing"
 
 

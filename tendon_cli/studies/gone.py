@@ -7,6 +7,9 @@ from collections.abc import Iterable
 GONE: dict[str, str] = {
     "motion.reversal": "leave it out: friction follows the sliding of the tendons, which follows "
     "from the motion and the suit",
+    "uncertainty.cross": "leave it out: every person meets every draw if there are fewer persons "
+    "than draws; else each has one",
+    "fit.exact": "`uncertainty.exact` takes the same names, for fits and for draws",
 }
 """Advice by dotted key; the keys and columns that it names stand in backticks."""
 IS_GONE = "is no longer a key"

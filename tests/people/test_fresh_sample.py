@@ -146,7 +146,7 @@ def test_without_draws_a_file_has_no_fresh_sample_and_the_answer_says_so(tmp_pat
 @pytest.mark.parametrize("more", [{}, ROUGH], ids=["persons", "persons with draws"])
 def test_the_judgement_is_that_of_a_large_independent_population(serve, more):
     choice, verdict = judged(study_of(people(50, serve=serve), more, LOADS, SUIT))
-    once = {"uncertainty": {"draws": 64, "cross": False}} if more else {}
+    once = {"uncertainty": {"draws": 64}} if more else {}
     low, high = group_windows(study_of(people(40_000, seed=99), more, once, LOADS, SUIT))
     pretension = choice.pretension[0]
     truth = np.mean((low[0] <= pretension) & (pretension <= high[0]))

@@ -435,7 +435,7 @@ class Maker:
         if self.happens(0.5):
             uncertainty["seed"] = self.rng.randint(0, 99)
         if self.happens(0.2):
-            uncertainty["cross"] = self.happens(0.5)
+            uncertainty["exact"] = self.rng.choice(["arm", "spring.stiffness"])
         return uncertainty
 
     def people(self, study):
