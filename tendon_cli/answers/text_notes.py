@@ -62,7 +62,7 @@ def question_notes(
             f"{', '.join(several)}: if several intervals of pretension keep this limit,"
             " the widest is used"
         )
-    if study.people is not None and study.people.content is None:
+    if study.people is not None and not study.people.is_from_file:
         yield from study.people.population.notes
     if study.uncertain and study.drawing is None:
         yield (

@@ -122,7 +122,7 @@ def persons(ctx: typer.Context) -> list[Any]:
     study = _study(ctx)
     if study is None or study.people is None:
         return list(STANDARD_PERSONS)
-    return [*STANDARD_PERSONS, *study.people.population.names[:_MOST_NAMES]]
+    return [*STANDARD_PERSONS, *study.people.population.persons[:_MOST_NAMES]]
 
 
 def columns(ctx: typer.Context, incomplete: str) -> list[Any]:

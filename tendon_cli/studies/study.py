@@ -256,12 +256,8 @@ class Study(Displayed, StudyTables):
         return {
             key: values.uncertain
             for key, values in self.numbers.items()
-            if values.uncertain is not None and not self.is_exact(key)
+            if values.uncertain is not None and not is_exact(self, key)
         }
-
-    def is_exact(self, key: str) -> bool:
-        """Return True if `[uncertainty] exact` names a number, its table, or a sensor's error."""
-        return self.uncertainty is not None and self.uncertainty.is_exact(key)
 
     @property
     def drawing(self) -> Uncertainty | None:
@@ -502,6 +498,11 @@ class Study(Displayed, StudyTables):
         content = {"study": document, "axes": list(self.axes)}
         text = json.dumps(content, sort_keys=True, ensure_ascii=True)
         return hashlib.sha256(text.encode()).hexdigest()
+
+
+def is_exact(study: Study, key: str) -> bool:
+    """Return True if `[uncertainty] exact` names a number, its table, or a sensor's error."""
+    return study.uncertainty is not None and study.uncertainty.is_exact(key)
 
 
 # --- Roles ----------------------------------------------------------------------------------------

@@ -448,8 +448,6 @@ class Maker:
             people["source"] = "ansur2"
         else:
             people = {"file": "people.csv" if form == "file" else "person.csv"}
-            if self.happens(0.3):
-                people["completions"] = self.rng.randint(1, 3)
         if self.happens(0.3):
             people["sex"] = self.rng.choice(["male", "female", "both"])
         if people.get("sex", "both") == "both" and self.happens(0.3):
