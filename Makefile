@@ -8,7 +8,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c const
 
 DOCS := $(VENV)/.docs
 
-.PHONY: docs help demo test check format bench torture friction mutants verify release clean
+.PHONY: docs help demo test check format paper bench torture friction mutants verify release clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -60,6 +60,9 @@ docs: $(DOCS)  ## make the figures of the documentation and build it, to be read
 	@! grep -nE '(–|—)(arm|reversal|set|json|[a-z]+-[a-z]+)\b|[“”‘]' docs/_build/*.html docs/_build/notebooks/*.html || { echo "typographic signs in what is to be typed"; exit 1; }
 	@! grep -lE '(<script|<link|<img)[^>]*(src|href)="(https?:)?//' docs/_build/*.html docs/_build/notebooks/*.html || { echo "these pages need the network"; exit 1; }
 	@echo "The documentation: docs/_build/index.html"
+
+paper: $(READY)  ## reproduce the paper into results/paper: every figure, and a check of every finding and claim
+	$(BIN)/python -m verification.paper
 
 bench: $(READY)  ## measure ratios against the machine's limit, an expert's script and C; BENCH=--quick for a look
 	$(BIN)/python -m benchmarks.bench $(BENCH)

@@ -34,8 +34,8 @@ from tendon_cli.units import UNITS
 
 MARKED = re.compile(r"(<!-- from the code: ([\w -]+) -->\n).*?(<!-- until here -->)", re.DOTALL)
 NEGATIVE = (
-    "Finished, but states have no equilibrium, no choice has a window, `check` found a limit "
-    "broken or a change, or a finding of the paper fails."
+    "Finished, but states have no equilibrium, no choice has a window, or `check` found a limit "
+    "broken or a change."
 )
 MOST_WORDS = 9
 """Largest number of words that the table of keys lists for one of them."""

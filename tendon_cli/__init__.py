@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from tendon_cli import arms
     from tendon_cli.checks.check import check
     from tendon_cli.checks.comparison import compare_results as compare
-    from tendon_cli.engine.results import open_run
     from tendon_cli.engine.states import states
     from tendon_cli.errors import (
         FolderError,
@@ -34,11 +33,9 @@ if TYPE_CHECKING:
     from tendon_cli.reports.report import write_report as report
     from tendon_cli.state_page.page import state_page as state
     from tendon_cli.studies.load import any_study as study
-    from tendon_cli.studies.load import load_study
     from tendon_cli.suit_fit.suit_fitting import fit_suit
 
 _MODULE_OF = {
-    "load_study": "studies.load.load_study",
     "study": "studies.load.any_study",
     "state": "state_page.page.state_page",
     "states": "engine.states.states",
@@ -46,7 +43,6 @@ _MODULE_OF = {
     "design": "face.design",
     "estimate": "face.estimate",
     "open": "face.open",
-    "open_run": "engine.results.open_run",
     "check": "checks.check.check",
     "compare": "checks.comparison.compare_results",
     "report": "reports.report.write_report",
@@ -55,6 +51,8 @@ _MODULE_OF = {
     "plot": "face.plot",
 }
 """Module and attribute behind each public name, loaded when the name is first used."""
+_GONE = {"load_study": "study", "open_run": "open"}
+"""Names of earlier versions, each with the one to use instead."""
 __all__ = [
     "FolderError",
     "InputError",
@@ -74,9 +72,7 @@ __all__ = [
     "estimate",
     "fit_friction",
     "fit_suit",
-    "load_study",
     "open",
-    "open_run",
     "plot",
     "report",
     "state",
@@ -88,6 +84,8 @@ __all__ = [
 
 def __getattr__(name: str) -> "Any":
     """Load a public name when it is first used."""
+    if name in _GONE:
+        raise AttributeError(f"tendon.{name} is gone, use tendon.{_GONE[name]}")
     if name not in _MODULE_OF and name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module

@@ -2,6 +2,7 @@
 
 # No `from __future__ import annotations`: typer would compile each annotation at every start.
 
+import os
 import sys
 import traceback
 from collections.abc import Callable
@@ -10,12 +11,12 @@ from typing import Annotated, Any, NoReturn
 import typer
 import typer.core
 
-from tendon_cli.commands.completion import completion
+from tendon_cli.commands.completion import complete_in_bash
 from tendon_cli.commands.compute import command_of
 from tendon_cli.commands.fit_friction import fit_friction
 from tendon_cli.commands.fit_suit import fit_suit
 from tendon_cli.commands.read_results import check, compare, export, plot, report, show
-from tendon_cli.commands.studies import init, paper, schema, state
+from tendon_cli.commands.studies import init, state
 from tendon_cli.errors import (
     MemoryShortError,
     OutputError,
@@ -42,21 +43,36 @@ app = typer.Typer(
     "4 negative result, 5 output, 6 workers lost, 7 folder in use, unfinished, or holding "
     "something else; 130, 143, 129 stopped by a signal.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
 
+_COMPLETES = "_TENDON_COMPLETE"
+"""Variable of the environment by which a shell asks for completions."""
+GONE = {
+    "paper": "`make paper` in the repository reproduces the paper",
+    "schema": "`tendon init --schema` prints it",
+    "completion": "`tendon --install-completion` sets it up",
+    "--no-lock": "leave it out: a file system without locks is noticed, and told",
+    "--frictionloss": "leave it out: the model says in a comment which friction it lacks",
+    "--template": "`tendon init --for` takes the question",
+}
+"""Commands and options of earlier versions, each with what to use instead."""
 _NO_BRACES = str.maketrans("", "", "{}")
 
 
 class _Command(typer.core.TyperCommand):
-    """Command whose usage names values without braces and whose first sentence is never cut."""
+    """Command that is parsed while it is typed, and described without braces or cut sentences."""
 
     def get_short_help_str(self, limit: int = 45) -> str:  # noqa: ARG002 - never cut
         return " ".join((self.help or "").split("\n\n")[0].split())
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        if ctx.resilient_parsing and args and args[-1].startswith("-"):
+            args = args[:-1]  # whose value is completed; without one, nothing would be parsed
+        return super().parse_args(ctx, args)
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         return [piece.translate(_NO_BRACES) for piece in super().collect_usage_pieces(ctx)]
@@ -84,7 +100,6 @@ def _options(
 
 _COMMANDS: tuple[Callable[..., None], ...] = (
     init,
-    schema,
     state,
     *map(command_of, kinds().values()),
     check,
@@ -92,9 +107,7 @@ _COMMANDS: tuple[Callable[..., None], ...] = (
     plot,
     show,
     export,
-    paper,
     report,
-    completion,
 )
 for _command in _COMMANDS:
     app.command(cls=_Command)(_command)
@@ -115,15 +128,20 @@ def _run(words: list[str], debug: bool) -> int:
     """Run a command and return its exit code; every error becomes one message here."""
     try:
         end_on_signals()
-        code = app(words, prog_name="tendon", standalone_mode=False)
+        command = typer.main.get_command(app)
+        if _COMPLETES in os.environ:
+            complete_in_bash()
+        code = command(words, prog_name="tendon", standalone_mode=False)
         flush_results()
     except (typer.Abort, KeyboardInterrupt):
         return exit_code()
-    except SystemExit:  # only for a help page whose reader has left
+    except SystemExit as end:  # of typer's completion, or of a help page whose reader has left
+        if _COMPLETES in os.environ or not end.code:
+            return int(end.code or 0)
         give_up_stdout()
         return OutputError.exit
     except Exception as error:  # noqa: BLE001 - whatever it is, it ends in one message and a code
-        fault = _as_fault(error)
+        fault = _as_fault(error, words)
         if debug:
             traceback.print_exception(error)
         print_error(fault, as_json="--json" in words)
@@ -131,8 +149,8 @@ def _run(words: list[str], debug: bool) -> int:
     return exit_code(code if isinstance(code, int) else 0)
 
 
-def _as_fault(error: Exception) -> TendonError:
-    """Return any exception as an error with an exit code and a message."""
+def _as_fault(error: Exception, words: list[str]) -> TendonError:
+    """Return any exception of a command as an error with an exit code and a message."""
     if isinstance(error, TendonError):
         return error
     if is_memory_short(error):
@@ -142,6 +160,10 @@ def _as_fault(error: Exception) -> TendonError:
     message = getattr(error, "format_message", None)
     if callable(message):  # typer's errors of a wrong call
         option = getattr(error, "option_name", None)
+        command = next((word for word in words if not word.startswith("-")), "")
+        if (option or command) in GONE:
+            problem = f"no such option: {option}" if option else f"no such command: {command}"
+            return UsageError(problem, hint=GONE[option or command])
         similar = getattr(error, "possibilities", None)
         if option and similar:
             hint = f"did you mean {' or '.join(similar)}?"

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 EXIT_BUG = 1
 EXIT_NEGATIVE = 4
-"""Finished, but some states have no equilibrium, or the paper's ledger is not as recorded."""
+"""Finished, but the result is negative: some states have no equilibrium, a limit is broken."""
 
 
 class TendonError(Exception):
@@ -101,7 +101,7 @@ class StudyError(TendonError):
         count = "1 fault" if len(faults) == 1 else f"{len(faults)} faults"
         lines = "\n".join(f"  {fault}" for fault in faults)
         hint = (
-            "`tendon schema` lists every key with its unit; "
+            "`tendon init --schema` lists every key with its unit; "
             "`tendon init` writes a commented example"
         )
         if any(fault.is_implausible for fault in faults):

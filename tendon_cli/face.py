@@ -45,8 +45,6 @@ class Options(TypedDict, total=False):
     """True to finish an unfinished run, or to make damaged files of a finished one again."""
     overwrite: bool
     """True to replace the run in the folder."""
-    lock: bool
-    """False for a file system that cannot lock."""
     scheduler: str | None
     """Address of a Dask cluster."""
     progress: Callable[[int, int], None]

@@ -355,6 +355,8 @@ def output_errors(path: Path) -> Iterator[None]:
 
 LOCK = ".lock"
 """File in the folder of a run that the process which writes there locks."""
+_HAS_NO_LOCKS = (errno.ENOLCK, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS)
+"""Errors of a file system without locks."""
 _LONGEST_MARK = 1000  # bytes
 
 
@@ -376,14 +378,10 @@ def lock_mark(folder: Path) -> str:
 
 
 @contextlib.contextmanager
-def locked(folder: Path, *, use_lock: bool = True) -> Iterator[None]:
-    """Make the folder of a run and hold its lock.
+def locked(folder: Path) -> Iterator[bool]:
+    """Make the folder of a run, hold its lock, and yield True; False if its file system has none.
 
     The system releases the lock when its holder dies, however it dies.
-
-    Args:
-        folder: Folder of the run.
-        use_lock: False for a file system that cannot lock.
 
     Raises:
         FolderError: Another run holds the lock.
@@ -398,9 +396,7 @@ def locked(folder: Path, *, use_lock: bool = True) -> Iterator[None]:
     except OSError as error:
         raise OutputError(f"cannot be made: {error.strerror}", where=str(folder)) from error
     try:
-        if use_lock:
-            _lock(handle, folder)
-        yield
+        yield _lock(handle, folder)
     finally:
         os.close(handle)
 
@@ -415,14 +411,19 @@ def check_unlocked(folder: Path) -> None:
             os.close(handle)
 
 
-def _lock(handle: int, folder: Path, kind: int = fcntl.LOCK_EX) -> None:
-    """Lock an open file without waiting. Raise FolderError if that is not possible."""
+def _lock(handle: int, folder: Path, kind: int = fcntl.LOCK_EX) -> bool:
+    """Lock an open file without waiting, and return True; False if its file system has no locks.
+
+    Raises:
+        FolderError: Another run holds the lock, or the file cannot be locked.
+    """
     try:
         fcntl.flock(handle, kind | fcntl.LOCK_NB)
     except OSError as error:
+        if error.errno in _HAS_NO_LOCKS:
+            return False
         if error.errno in (errno.EWOULDBLOCK, errno.EACCES):
             hint = "wait for it, or choose another folder with --out"
             raise FolderError("another run is writing here", where=str(folder), hint=hint) from None
-        problem = f"the file system cannot lock: {error.strerror}"
-        hint = "--no-lock runs without a lock; make sure that no other run writes here"
-        raise FolderError(problem, where=str(folder), hint=hint) from None
+        raise FolderError(f"cannot be locked: {error.strerror}", where=str(folder)) from None
+    return True

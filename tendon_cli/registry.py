@@ -113,7 +113,7 @@ class TaskKind(NamedTuple):
     export: str = ""
     """Function that writes a result for another tool, for `tendon export --to`.
 
-    It takes the result, the name of a form and a path, and the options `choice`, `frictionloss` and
+    It takes the result, the name of a form and a path, and the options `choice` and
     `overwrite`; it returns the path.
     """
     page: str = ""

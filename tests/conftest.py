@@ -27,6 +27,7 @@ from tendon_cli.studies import fresh_sample as fresh_module
 from tendon_cli.studies.load import load_study
 from tendon_cli.tables.digest import file_sha256
 from tendon_cli.tables.read import open_table
+from tests.shells import asked_by_bash
 
 CONFIGS = Path(__file__).parents[1] / "configs"
 
@@ -166,6 +167,19 @@ def tendon(workplace, capsys):
             cli.main([str(word) for word in words])
         printed = capsys.readouterr()
         return Ran(end.value.code, printed.out, printed.err)
+
+    return call
+
+
+@pytest.fixture
+def completed(tendon, monkeypatch):
+    """Return a function that returns the words with which bash completes a line."""
+
+    def call(line):
+        with monkeypatch.context() as patch:
+            for name, value in asked_by_bash(line).items():
+                patch.setenv(name, value)
+            return tendon().out.strip("\n").splitlines()
 
     return call
 

@@ -62,7 +62,6 @@ MAY_IMPORT = {
     "exports": {"answers", "windows", "engine", *BELOW_THE_ROOMS},
     "checks": {"answers", "cube", *ROOMS, *BELOW_THE_ROOMS},
     "reports": {"cube", *ROOMS, *BELOW_THE_ROOMS},
-    "paper": {"windows", "cube", *ROOMS, *BELOW_THE_ROOMS},
     "state_page": {"figures", "engine", *BELOW_THE_ROOMS},
     "arms": {"studies", "say"},
 }

@@ -90,7 +90,7 @@ def test_in_memory_and_in_a_folder_it_is_the_same(study, workplace, monkeypatch,
     before = sorted(workplace.rglob("*"))
     in_memory = tendon.sweep(study, jobs=jobs)
     assert sorted(workplace.rglob("*")) == before
-    opened = tendon.open_run("run")
+    opened = tendon.open("run")
     for run in (in_folder, opened):
         pd.testing.assert_frame_equal(run.designs, in_memory.designs)
         pd.testing.assert_frame_equal(run.states, in_memory.states)
@@ -111,6 +111,15 @@ def test_in_memory_and_in_a_folder_it_is_the_same(study, workplace, monkeypatch,
     }
 
 
+def test_a_session_completes_what_the_page_says_of_a_run(study):
+    page = (Path(__file__).parents[1] / "docs" / "python.md").read_text("utf-8")
+    results = page.partition("## Results")[2].partition("| `Answer`")[0]
+    run = tendon.sweep(study)
+    for name in dir(run):
+        assert hasattr(run, name)
+        assert f"`{name}`" in results or f"`{name}(" in results
+
+
 def test_a_run_that_stands_is_up_to_date_and_another_study_is_refused(study, workplace):
     assert not tendon.sweep(study, "run").up_to_date
     assert tendon.sweep(study, Path("run")).up_to_date
@@ -129,8 +138,8 @@ def test_figures_are_drawn_where_they_are_asked_for(study, workplace):
     ("call", "kind"),
     [
         (lambda: tendon.study({"load": {"mas": 1.0}}), StudyError),
-        (lambda: tendon.load_study("none.toml"), StudyError),
-        (lambda: tendon.open_run("none"), InputError),
+        (lambda: tendon.study("none.toml"), StudyError),
+        (lambda: tendon.open("none"), InputError),
         (lambda: tendon.fit_friction("none.csv", bend_angle="144 deg"), InputError),
         (lambda: tendon.sweep({}, figures=True), UsageError),
     ],
@@ -145,7 +154,7 @@ def test_a_traceback_names_the_file(workplace):
     (workplace / "note.txt").write_text("nothing")
     for call, place in (
         (lambda: tendon.sweep("suit.toml"), "suit.toml: the study has 1 fault:"),
-        (lambda: tendon.load_study("none.toml"), "none.toml: no such file"),
+        (lambda: tendon.study("none.toml"), "none.toml: no such file"),
         (lambda: tendon.open("note.txt"), "note.txt: this is a file"),
         (lambda: tendon.sweep({"tendon": {"pretension": "110 m"}}), "the study has 1 fault:"),
     ):
@@ -160,7 +169,7 @@ def test_an_unknown_option_is_named_with_those_that_there_are(compute):
     with pytest.raises(UsageError, match='has no option "foo"') as refused:
         compute({}, foo=1)
     assert refused.value.hint == (
-        "it has study, out, jobs, figures, resume, overwrite, lock, scheduler, progress, proving, "
+        "it has study, out, jobs, figures, resume, overwrite, scheduler, progress, proving, "
         "confirm, stop"
     )
 
@@ -223,7 +232,7 @@ def test_designs_that_the_study_leaves_out_are_told_and_states_are_worked_out(wo
     with pytest.raises(UsageError, match="designs"):
         run.designs  # noqa: B018
     without = tendon.sweep(tendon.study({"output": {"tables": ["designs"]}}), "few")
-    for one in (without, tendon.open_run("few")):
+    for one in (without, tendon.open("few")):
         pd.testing.assert_frame_equal(one.states, run.states)
 
 
@@ -278,7 +287,7 @@ def test_an_interrupt_leaves_nothing_broken(study, workplace, monkeypatch, jobs,
             return
         left = [path for path in Path(out).rglob("*") if path.name.endswith(".tmp")]
         assert left == []
-        for again in (lambda: tendon.sweep(study, out, jobs), lambda: tendon.open_run(out)):
+        for again in (lambda: tendon.sweep(study, out, jobs), lambda: tendon.open(out)):
             with pytest.raises(FolderError, match="unfinished"):
                 again()
         resumed = tendon.sweep(study, out, jobs, resume=True)

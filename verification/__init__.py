@@ -1,1 +1,1 @@
-"""Comparison of tendon with MuJoCo; `make verify` (see docs/verification.md)."""
+"""Comparison of tendon with MuJoCo (`make verify`, docs/verification.md) and with the paper."""

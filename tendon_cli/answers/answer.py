@@ -155,7 +155,6 @@ class Answer(Result):
         out: str | PathLike[str],
         *,
         choice: int | None = None,
-        frictionloss: bool = False,
         overwrite: bool = False,
     ) -> Path:
         """Write a choice for the next tool, and return the path of the file.
@@ -165,16 +164,13 @@ class Answer(Result):
                 elbow angle, "parameters" for a list of numbers (.csv).
             out: File to write.
             choice: Row of the choice; None for the one that the answer names first.
-            frictionloss: True to give MuJoCo's tendons the friction of the tensions that are set.
             overwrite: True to replace a file that tendon did not write.
 
         Raises:
             UsageError: There is no such form or choice, or tendon did not write the file.
             OutputError: The file cannot be written.
         """
-        written: Path = load(self.kind.export)(
-            self, to, out, choice=choice, frictionloss=frictionloss, overwrite=overwrite
-        )
+        written: Path = load(self.kind.export)(self, to, out, choice=choice, overwrite=overwrite)
         return written
 
     def to_xarray(self) -> xr.Dataset:

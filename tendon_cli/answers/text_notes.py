@@ -59,15 +59,15 @@ def question_notes(
             "peak_motor_power: if several intervals of pretension keep this limit, the widest is"
             " used"
         )
-    if study.people is not None and study.people.content is None:
+    if study.people is not None and not study.people.is_from_file:
         yield from study.people.population.notes
     if study.uncertain and study.drawing is None:
         yield (
             f"uncertain numbers take their middle value ({', '.join(study.uncertain)}), because the"
             " study has draws = 0 under [uncertainty]"
         )
-    asks_for_draws = study.uncertainty is not None and study.uncertainty.draws > 0
-    if asks_for_draws and not study.uncertain:
+    stated = study.uncertainty
+    if stated is not None and stated.asks_for_draws and stated.draws and not study.uncertain:
         yield "nothing in this study is uncertain, so [uncertainty] draws nothing"
 
 

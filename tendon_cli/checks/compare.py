@@ -6,18 +6,17 @@ import math
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.checks.breaches import breaches_in, columns_of
-from tendon_cli.checks.check_text import WORST, CheckResult, comparison_text, finite
+from tendon_cli.checks.check_text import CheckResult, comparison_text, finite
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.engine.records import differences
-from tendon_cli.engine.results import Run, open_run
+from tendon_cli.engine.results import Run
 from tendon_cli.engine.table_columns import JUDGEMENTS
 from tendon_cli.errors import UsageError
 from tendon_cli.model.kinematics import Rows
@@ -51,33 +50,6 @@ Breaking = dict[str, set[int]]
 """Rows that break each limit, by its name; slack and no equilibrium count as limits."""
 Record = dict[str, Any]
 """Change of a column, flip of a design, or the whole comparison, as in JSON."""
-
-
-def compare(
-    folder: Path,
-    baseline: Path,
-    *,
-    tolerance: float = TOLERANCE,
-    apart: Sequence[str] = (),
-    worst: int = WORST,
-) -> CheckResult:
-    """Find what changed since another run.
-
-    Numbers are compared within a tolerance, flags exactly. Designs that are feasible in one run
-    only are listed.
-
-    Args:
-        folder: Folder of the run.
-        baseline: Folder of the other run.
-        tolerance: Share of a column's scale by which numbers may differ.
-        apart: Keys in which the studies may differ.
-        worst: Number of designs whose feasibility changed that are listed.
-
-    Raises:
-        InputError: if something is damaged or is no run.
-        UsageError: if the studies differ in more than the values of axes and the keys `apart`.
-    """
-    return compare_runs_since(open_run(folder), open_run(baseline), tolerance, apart, worst)
 
 
 def compare_runs_since(
@@ -145,7 +117,7 @@ def check_studies(
         known.update(".".join(parts[: depth + 1]) for depth in range(len(parts)))
     unknown = [key for key in apart if key not in known.union(Study.model_fields)]
     if unknown:
-        hint = hint_at_nearest(unknown[0], known) or "`tendon schema` lists every key"
+        hint = hint_at_nearest(unknown[0], known) or "`tendon init --schema` lists every key"
         raise UsageError(f'a study has no key "{shorten(unknown[0])}"', where="--except", hint=hint)
     varied = {*may_differ, *apart}
     lines = []

@@ -7,7 +7,6 @@ from typing import Any, TypedDict
 
 from tendon_cli.engine.records import differing_keys
 from tendon_cli.studies.contents import keys
-from tendon_cli.studies.people.people_section import FILE_OF_CONTENT
 from tendon_cli.studies.study import EXTENDS, Study
 from tendon_cli.studies.value_words import number_words, other_words, quantity_of, si_value
 from tendon_cli.units import shorten
@@ -45,15 +44,13 @@ def study_differences(studies: Sequence[Study], versions: Sequence[str]) -> list
     for document in documents[1:]:
         for difference in differing_keys(documents[0], document):
             found.setdefault(_whole_key(difference.key))
-    compared = [
-        key
-        for key in found
-        if key.partition(".")[0] not in _NOT_COMPARED and key not in FILE_OF_CONTENT
-    ]
+    files = _files(studies)
+    told = {*_NOT_COMPARED, *(file["key"] for file in files)}
+    compared = [key for key in found if told.isdisjoint((key, key.partition(".")[0]))]
     records = [
         _difference(key, [_value_at(document, key) for document in documents]) for key in compared
     ]
-    records += _files(studies)
+    records += files
     if len(set(versions)) > 1:
         records.append(_words("version", [f"tendon {version}" for version in versions]))
     return records

@@ -1,108 +1,56 @@
-"""`tendon completion`: scripts and candidates with which a shell completes commands and values.
+"""Candidates with which a shell completes values: words of tendon, and of tables and studies.
 
-Candidates for a value are words of tendon, and words of the tables and studies that the line names.
-Typer calls the functions that return them with the context of the command, parsed as far as the
-line goes. A candidate is a word, or a word with its meaning.
+Typer (`tendon --install-completion`) calls the functions that return them with the context of the
+command, parsed as far as the line goes. A candidate is a word, or a word with its meaning.
 """
 
+import os
 import re
-import shlex
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import typer
+import typer.completion
 
-from tendon_cli.errors import TendonError, UsageError
-from tendon_cli.terminal import print_result
-
-_BASH = """\
-_tendon() {
-    local rest
-    COMPREPLY=()
-    while IFS= read -r rest; do COMPREPLY+=("$2$rest"); done < <(
-        "$1" completion bash --line "${COMP_LINE:0:COMP_POINT}" 2>/dev/null
-    )
-    if [[ ${#COMPREPLY[@]} -eq 1 && ${COMPREPLY[0]} == *= ]]; then
-        compopt -o nospace 2>/dev/null
-    fi
-}
-complete -o default -F _tendon tendon"""
-
-_ZSH = """\
-#compdef tendon
-_tendon() {
-    local entry word line="${(j: :)words[1,CURRENT-1]} $QIPREFIX$PREFIX"
-    local -a open open_shown closed closed_shown
-    for entry in ${(f)"$(${words[1]} completion zsh --line "$line" 2>/dev/null)"}; do
-        word=${entry%%  *}
-        if [[ $word == *= ]]; then
-            open+=("$word") open_shown+=("${entry/  /  -- }")
-        else
-            closed+=("$word") closed_shown+=("${entry/  /  -- }")
-        fi
-    done
-    if (( $#open + $#closed == 0 )); then _files; return; fi
-    (( $#open )) && compadd -S '' -l -d open_shown -a open
-    (( $#closed )) && compadd -l -d closed_shown -a closed
-    return 0
-}
-if [ "$funcstack[1]" = _tendon ]; then _tendon "$@"; else compdef _tendon tendon; fi"""
-
-_FISH = """\
-function __tendon_complete
-    set -l words (tendon completion fish --line (commandline -cp | string collect) 2>/dev/null)
-    if test (count $words) -gt 0
-        string replace '  ' \\t -- $words
-    else
-        __fish_complete_path (commandline -ct)
-    end
-end
-complete -c tendon -f -a '(__tendon_complete)'"""
+from tendon_cli.errors import TendonError
 
 _MOST_NAMES = 1000
 """Largest number of persons of a study that are offered."""
-_SCRIPTS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH}
-
-ShellArgument = Annotated[
-    str,
-    typer.Argument(
-        metavar="bash|zsh|fish", help="which shell", autocompletion=lambda: list(_SCRIPTS)
-    ),
-]
-LineOption = Annotated[
-    str | None,
-    typer.Option(metavar="TEXT", help="for the script: print the completions of this line instead"),
-]
 
 
-def completion(context: typer.Context, shell: ShellArgument, line: LineOption = None) -> None:
-    """Print a script that lets bash, zsh or fish complete commands, options, keys and columns.
+def complete_in_bash() -> None:
+    """Let typer complete in bash what has a "=" or a sign in it that bash would read as code.
 
-    bash: eval "$(tendon completion bash)" in ~/.bashrc; zsh: the same in ~/.zshrc, after compinit;
-    fish: tendon completion fish > ~/.config/fish/completions/tendon.fish
+    Bash takes a word apart at "=", and asks for the part behind it alone.
     """
-    if shell not in _SCRIPTS:
-        from tendon_cli.studies.fields import hint_at_nearest
+    shells: Any = typer.completion.shell_completion  # type: ignore[attr-defined]
 
-        hint = hint_at_nearest(shell, _SCRIPTS) or "tendon completion bash"
-        problem = f'there is no script for "{shell}", expected bash, zsh or fish'
-        raise UsageError(problem, where="completion", hint=hint)
-    if line is None:
-        print_result(_SCRIPTS[shell])
-        return
-    words, begun, quote = split_line(line)
-    found = candidates(context.find_root().command, words, begun)
-    items = [(word, meaning) for word, meaning in found if word != begun]
-    if shell == "bash":  # splits words at signs such as "=", so it needs the rest of each
-        lines = [_for_bash(word.removeprefix(begun), quote) for word, _ in items]
-    else:
-        lines = [_with_meaning(word, meaning) for word, meaning in items]
-    print_result("\n".join(lines), unless=not lines)
+    class Bash(shells.get_completion_class("bash")):  # type: ignore[misc]  # untyped
+        """Completion of bash, which is given only the part of each word behind its last "="."""
 
+        def get_completion_args(self) -> tuple[list[str], str]:
+            words = os.environ["COMP_WORDS"].split("\n")[: int(os.environ["COMP_CWORD"]) + 1]
+            line = re.sub(r"\n?=\n?", "=", "\n".join(words))
+            os.environ |= {"COMP_WORDS": line, "COMP_CWORD": str(line.count("\n"))}
+            args, self.begun = super().get_completion_args()
+            self.quote = words[-1][:1]
+            return args, self.begun
 
-def _with_meaning(word: str, meaning: str) -> str:
-    """Return a word with its meaning after two spaces, on one line, as zsh and fish read it."""
-    return f"{word}  {' '.join(meaning.split())}" if meaning else word
+        def get_completions(self, args: list[str], incomplete: str) -> list[Any]:
+            found = super().get_completions(args, incomplete)
+            found = [item for item in found if item.value != incomplete]
+            if len(found) == 1 and found[0].value.endswith("="):
+                # Bash puts a space behind the only word that it is given.
+                found.append(type(found[0])(f"{found[0].value}..."))
+            return found
+
+        def format_completion(self, item: Any) -> str:
+            before = ""
+            if self.quote not in ("'", '"'):
+                before = self.begun[: self.begun.rfind("=") + 1]
+            return _for_bash(item.value.removeprefix(before), self.quote)
+
+    shells.add_completion_class(Bash, "bash")
 
 
 def _for_bash(word: str, quote: str) -> str:
@@ -112,67 +60,6 @@ def _for_bash(word: str, quote: str) -> str:
     if quote == '"':
         return re.sub(r'(["$`\\])', r"\\\1", word)
     return re.sub(r"([^\w@%+=:,./-])", r"\\\1", word)
-
-
-def split_line(line: str) -> tuple[list[str], str, str]:
-    """Split a line that is being typed.
-
-    Returns:
-        The whole words after the name of the program, the word that is begun, and the quote that
-        is open in it.
-    """
-    for quote in ("", "'", '"'):
-        try:
-            # The x makes a word of what is begun, also of nothing.
-            *words, last = shlex.split(f"{line}x{quote}")
-        except ValueError:
-            continue
-        return words[1:], last[:-1], quote
-    return [], "", ""
-
-
-def candidates(app: Any, words: list[str], begun: str) -> list[tuple[str, str]]:
-    """Return the completions of the word that is begun, each with its meaning.
-
-    Args:
-        app: Command of the program, with its subcommands in `commands`.
-        words: Words of the line before it.
-        begun: Beginning of the word, which may be empty.
-
-    Returns:
-        Words and meanings; none if a file is to be named.
-    """
-    name = next((word for word in words if not word.startswith("-")), None)
-    command = app if name is None else app.commands.get(name)
-    if command is None:
-        return []
-    given = words[words.index(name) + 1 :] if name else []
-    parameter = _option_awaiting_value(command, given)
-    if parameter is not None:
-        given.pop()
-    elif not begun.startswith("-"):
-        parameter = _first_argument(command)
-    context = command.make_context(command.name, given, resilient_parsing=True)
-    items = (parameter or command).shell_complete(context, begun)
-    return [(item.value, item.help or "") for item in items if item.type == "plain"]
-
-
-def _option_awaiting_value(command: Any, given: list[str]) -> Any:
-    """Return the option whose value comes after the last word given; None if there is none."""
-    if not given:
-        return None
-    for parameter in command.params:
-        if given[-1] in parameter.opts and not parameter.is_flag:
-            return parameter
-    return None
-
-
-def _first_argument(command: Any) -> Any:
-    """Return the first argument of a command; None if it has none."""
-    for parameter in command.params:
-        if parameter.param_type_name == "argument":
-            return parameter
-    return None
 
 
 def settings() -> list[Any]:
@@ -235,25 +122,25 @@ def persons(ctx: typer.Context) -> list[Any]:
     study = _study(ctx)
     if study is None or study.people is None:
         return list(STANDARD_PERSONS)
-    return [*STANDARD_PERSONS, *study.people.population.names[:_MOST_NAMES]]
+    return [*STANDARD_PERSONS, *study.people.population.persons[:_MOST_NAMES]]
 
 
 def columns(ctx: typer.Context, incomplete: str) -> list[Any]:
     """Return the columns of the table that the line names, or else all columns of tendon.
 
-    Each has the text before it on the line: the other columns of a list, or the sign to sort by.
+    Each has the other columns of a list before it.
     """
     before = incomplete[: incomplete.rfind(",") + 1]
-    if not before and incomplete.startswith("-"):
-        before = "-"
     names = _columns_of_table(ctx) or _all_columns()
     return [(before + name, meaning) for name, meaning in names.items()]
 
 
 def _source(ctx: typer.Context) -> Path | None:
     """Return the run, table or study that the line names first."""
-    argument = _first_argument(ctx.command)
-    return None if argument is None else ctx.params.get(argument.name)
+    for parameter in ctx.command.params:
+        if parameter.param_type_name == "argument":
+            return ctx.params.get(parameter.name or "")
+    return None
 
 
 def _study(ctx: typer.Context) -> Any:
@@ -270,32 +157,45 @@ def _study(ctx: typer.Context) -> Any:
 
 
 def _columns_of_table(ctx: typer.Context) -> dict[str, str]:
-    """Return the columns of the table that the line names with their meanings, unverified.
+    """Return the columns of the tables that the line means with their meanings, unverified.
 
-    There are none if the line names no table.
+    A figure takes its columns from any table of a folder. There are none if the line names no
+    table.
     """
     source = _source(ctx)
     if source is None:
         return {}
     from tendon_cli.cube.source import file_of, table_in
+    from tendon_cli.registry import table_kinds
+
+    table = ctx.params.get("table")
+    names = [table]
+    if ctx.info_name == "plot" and table is None and source.is_dir():
+        names = [name for name in table_kinds() if (source / f"{name}.parquet").exists()]
+    meanings: dict[str, str] = {}
+    try:
+        if source.suffix.lower() == ".csv":
+            return dict.fromkeys(table_in(source).schema.names, "")
+        for name in names:
+            meanings |= _columns_of(file_of(source, name))
+    except (TendonError, OSError, ValueError):  # errors of Arrow are among the latter two
+        return {}
+    return meanings
+
+
+def _columns_of(file: Path) -> dict[str, str]:
+    """Return the columns of a table's file with their meanings, those of an answer with all."""
     from tendon_cli.tables.named import CHOICES, NAMED, ChoicesTable
     from tendon_cli.tables.read import TableFiles
 
-    try:
-        if source.suffix.lower() == ".csv":
-            schema = table_in(source).schema
-        else:
-            file = file_of(source, ctx.params.get("table"))
-            named = file.with_name(NAMED)
-            is_answer = file.name == CHOICES and named.is_file()
-            if file.is_dir():
-                file = min(file.glob("part-*.parquet"))
-            if not file.is_file():  # opening a pipe would wait
-                return {}
-            table = TableFiles((file,))
-            schema = ChoicesTable(table, TableFiles((named,))).schema if is_answer else table.schema
-    except (TendonError, OSError, ValueError):  # errors of Arrow are among the latter two
+    named = file.with_name(NAMED)
+    is_answer = file.name == CHOICES and named.is_file()
+    if file.is_dir():
+        file = min(file.glob("part-*.parquet"))
+    if not file.is_file():  # opening a pipe would wait
         return {}
+    table = TableFiles((file,))
+    schema = ChoicesTable(table, TableFiles((named,))).schema if is_answer else table.schema
     meanings = {}
     for name in schema.names:
         metadata = schema.field(name).metadata or {}

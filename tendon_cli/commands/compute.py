@@ -79,7 +79,6 @@ def _compute(
     quiet: options.QuietOption = False,
     no_figures: options.NoFiguresOption = False,
     allow_negative: bool = False,
-    no_lock: options.NoLockOption = False,
     scheduler: options.SchedulerOption = None,
 ) -> None:
     """Run the task of a verb into a folder, and print its result.
@@ -100,7 +99,6 @@ def _compute(
         quiet: True to print nothing but errors.
         no_figures: True to draw nothing.
         allow_negative: True to exit with 0 although the result is negative.
-        no_lock: True not to lock the folder.
         scheduler: See `tendon.sweep`.
     """
     from tendon_cli import face
@@ -111,7 +109,7 @@ def _compute(
         all_settings = list(settings or ())
         if kind.setting is not None and texts:
             all_settings.append(f"{kind.setting.key}={json.dumps(texts)}")
-        loaded = tendon.load_study(study, all_settings)
+        loaded = tendon.study(study, all_settings)
         folder = out or Path("results", f"{loaded.name}{kind.suffix}")
         if dry_run:
             record, text = face.size(kind.verb, loaded, folder, jobs, not no_figures)
@@ -133,7 +131,6 @@ def _compute(
                 not no_figures,
                 resume=resume,
                 overwrite=overwrite,
-                lock=not no_lock,
                 scheduler=scheduler,
                 progress=show.parts,
                 proving=show.cells,

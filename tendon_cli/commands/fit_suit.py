@@ -53,7 +53,7 @@ def fit_suit(
             problem = f"{file.name} is an input and would be overwritten"
             raise UsageError(problem, where=option, hint="choose another name")
         check_output(file, is_ours, overwrite=overwrite)
-    fit = tendon.fit_suit(tendon.load_study(study, settings or ()), logs)
+    fit = tendon.fit_suit(tendon.study(study, settings or ()), logs)
     # What stands there is read before it is replaced.
     said = [suit_written(file, fit) for file in (plot, out) if file is not None]
     if plot is not None:

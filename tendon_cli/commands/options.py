@@ -123,9 +123,7 @@ StudyArgument = Annotated[
 ]
 RunArgument = Annotated[
     Path,
-    typer.Argument(
-        parser=results_path, metavar="RUN", help="folder of a sweep, a design or the paper"
-    ),
+    typer.Argument(parser=results_path, metavar="RUN", help="folder of a sweep or a design"),
 ]
 SettingsOption = Annotated[
     list[str] | None,
@@ -175,9 +173,6 @@ OverwriteFileOption = Annotated[
 ]
 YesOption = Annotated[bool, typer.Option("--yes", "-y", help="write more than 1 GB without asking")]
 NoFiguresOption = Annotated[bool, typer.Option("--no-figures", help="draw no figures")]
-NoLockOption = Annotated[
-    bool, typer.Option("--no-lock", help="do not lock the folder, for file systems without locks")
-]
 SchedulerOption = Annotated[
     str | None, option("tcp://HOST:PORT", "compute on this running Dask cluster")
 ]

@@ -462,12 +462,6 @@ ExportedChoiceOption = Annotated[
         parser=options.number_parser("--choice", 0),
     ),
 ]
-FrictionlossOption = Annotated[
-    bool,
-    typer.Option(
-        "--frictionloss", help="with --to mujoco: add the constant friction of the tensions to set"
-    ),
-]
 LocaleOption = Annotated[
     str,
     options.option(
@@ -480,9 +474,7 @@ UnitsOption = Annotated[
 ]
 
 
-def _export_choice(
-    source: Path, to: str, file: Path, choice: int | None, frictionloss: bool, overwrite: bool
-) -> Path:
+def _export_choice(source: Path, to: str, file: Path, choice: int | None, overwrite: bool) -> Path:
     """Write the choice of an answer for another tool; raise InputError if it is no answer."""
     from tendon_cli.engine.results import open_result
     from tendon_cli.registry import load
@@ -492,9 +484,7 @@ def _export_choice(
         problem = f"holds {result.kind.noun}, expected an answer"
         hint = "tendon design STUDY writes one"
         raise InputError(problem, where=str(source), hint=hint)
-    written: Path = load(result.kind.export)(
-        result, to, file, choice=choice, frictionloss=frictionloss, overwrite=overwrite
-    )
+    written: Path = load(result.kind.export)(result, to, file, choice=choice, overwrite=overwrite)
     return written
 
 
@@ -503,7 +493,6 @@ def export(
     file: CsvArgument,
     to: ToOption = None,
     choice: ExportedChoiceOption = None,
-    frictionloss: FrictionlossOption = False,
     table: options.TableOption = None,
     where: options.WhereOption = None,
     columns: options.ColumnsOption = None,
@@ -522,12 +511,11 @@ def export(
         if given or locale != "en" or units != "si":
             flag = (given or ["--locale" if locale != "en" else "--units"])[0]
             raise UsageError(f"{flag} is for tables, and --to writes none")
-        written = str(_export_choice(source, to, file, choice, frictionloss, overwrite))
+        written = str(_export_choice(source, to, file, choice, overwrite))
         print_result({"file": written} if as_json else f"{written} written")
         return
-    if choice is not None or frictionloss:
-        flag = "--choice" if choice is not None else "--frictionloss"
-        raise UsageError(f"{flag} needs --to", hint="tendon export ANSWER --to mujoco FILE.xml")
+    if choice is not None:
+        raise UsageError("--choice needs --to", hint="tendon export ANSWER --to mujoco FILE.xml")
     from tendon_cli.cube.rows import CsvForm, rows_in
     from tendon_cli.cube.rows import export as write_rows
 

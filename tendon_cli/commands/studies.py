@@ -1,4 +1,4 @@
-"""Commands on studies: `tendon init`, `schema`, `state` and `paper`."""
+"""Commands on studies: `tendon init` and `tendon state`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -8,8 +8,7 @@ import typer
 import tendon_cli as tendon
 from tendon_cli.commands import completion, options
 from tendon_cli.errors import EXIT_NEGATIVE
-from tendon_cli.startup import stopped_by_signals
-from tendon_cli.terminal import print_result, progress
+from tendon_cli.terminal import print_result
 
 StarterArgument = Annotated[
     Path | None,
@@ -25,7 +24,6 @@ TemplateOption = Annotated[
         "NAME",
         "question to start from: sweep, design, robust, people, motor or friction",
         "--for",
-        "--template",
         completer=completion.templates,
     ),
 ]
@@ -39,6 +37,12 @@ ListOption = Annotated[
         "--list", help="list the questions and the files that --from copies, write nothing"
     ),
 ]
+SchemaOption = Annotated[
+    bool,
+    typer.Option(
+        "--schema", help="print the JSON Schema of the study file, for editors, write nothing"
+    ),
+]
 
 
 def init(
@@ -46,6 +50,7 @@ def init(
     template: TemplateOption = "sweep",
     example: ExampleOption = None,
     listed: ListOption = False,
+    schema: SchemaOption = False,
 ) -> None:
     """Write a commented study to start from, or copy one from the documentation."""
     from tendon_cli.studies import starter
@@ -54,6 +59,11 @@ def init(
         questions = [f"  {name:<10} {question}" for name, question in starter.TEMPLATES.items()]
         files = [f"  {name}" for name in starter.examples()]
         print_result("\n".join(["--for", *questions, "--from", *files]))
+        return
+    if schema:
+        from tendon_cli.studies.json_schema import schema_text
+
+        print_result(schema_text())
         return
     options.refuse_both("--for", template != "sweep", "--from", example is not None)
     if example is not None:
@@ -64,13 +74,6 @@ def init(
         starter.write_starter(file, template)
         step = starter.next_step(template, file)
     print_result(f"{file} written; {step}")
-
-
-def schema() -> None:
-    """Print the JSON Schema of the study file, for editors."""
-    from tendon_cli.studies.json_schema import schema_text
-
-    print_result(schema_text())
 
 
 PersonOption = Annotated[
@@ -109,7 +112,7 @@ def state(
     as_json: options.JsonOption = False,
 ) -> None:
     """Work out one state line by line, with the numbers of every equation, to check by hand."""
-    loaded = tendon.load_study(study, settings or ())
+    loaded = tendon.study(study, settings or ())
     page = tendon.state(
         loaded,
         case,
@@ -122,24 +125,4 @@ def state(
     )
     print_result(page.record if as_json else page.text)
     if not page.has_equilibrium:
-        raise typer.Exit(EXIT_NEGATIVE)
-
-
-PaperFolderOption = Annotated[Path, options.output_option("folder to write to", "DIR")]
-
-
-def paper(
-    out: PaperFolderOption = Path("results/paper"),
-    overwrite: options.OverwriteFileOption = False,
-    jobs: options.JobsOption = None,
-    quiet: options.QuietOption = False,
-    as_json: options.JsonOption = False,
-) -> None:
-    """Reproduce the paper: every figure, and a check of every finding and claim."""
-    with stopped_by_signals(str(out)) as stop, progress("paper", quiet=quiet or as_json) as show:
-        from tendon_cli.paper.reproduce import reproduce
-
-        done = reproduce(out, jobs=jobs, progress=show.parts, stop=stop, overwrite=overwrite)
-    print_result(done.record() if as_json else done.text(), unless=quiet and not as_json)
-    if not done.holds:
         raise typer.Exit(EXIT_NEGATIVE)

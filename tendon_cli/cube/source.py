@@ -22,9 +22,9 @@ from tendon_cli.registry import record_names, table_kinds
 from tendon_cli.space.axis import split_side
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.figures import OF_STATES
+from tendon_cli.studies.file_content import MAX_BYTES as MAX_PEOPLE_BYTES
 from tendon_cli.studies.load import load_study
 from tendon_cli.studies.model_words import WORDS_OF
-from tendon_cli.studies.people.people_section import MAX_BYTES as MAX_PEOPLE_BYTES
 from tendon_cli.studies.people.persons_csv import read_persons
 from tendon_cli.studies.row_table import NAME, RowTable, carried_cells
 from tendon_cli.studies.study import Study, keys

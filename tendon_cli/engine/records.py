@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 from tendon_cli.errors import FolderError
 from tendon_cli.files import read_file, write_whole
 from tendon_cli.registry import TaskKind, kind_of, kinds, table_kinds
-from tendon_cli.studies.people.people_section import FILE_OF_CONTENT
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.value_words import value_words
 from tendon_cli.tables.digest import file_sha256
@@ -217,9 +216,6 @@ def differences(
 
 def _file_of(key: str, sources: Mapping[str, Mapping[str, Any]]) -> str | None:
     """Return the name of the file that gave a value of a study; None if none did."""
-    if key in FILE_OF_CONTENT:
-        source = sources.get(FILE_OF_CONTENT[key], {})
-        return shorten(str(source.get("file", "its file")))
     for named, source in sources.items():
         if f"{key}.".startswith(f"{named}.") and "file" in source:
             return shorten(str(source["file"]))

@@ -118,6 +118,10 @@ class Run(Result):
 
     drawn_by: ClassVar[str] = "tendon_cli.face.page_of_run"
 
+    def __dir__(self) -> list[str]:
+        """Return the names that a session completes."""
+        return ["designs", "plot", "record", "states", "text", "to_xarray"]
+
     @property
     def is_pictured(self) -> bool:
         """True if a notebook draws the run without being asked."""
@@ -319,29 +323,6 @@ def folder_of(result: AnyResult) -> Path:
             "this result is in memory, expected one in a folder", hint="name one: sweep(study, out)"
         )
     return result.folder
-
-
-def open_run(path: str | PathLike[str]) -> Run:
-    """Return a finished run from its folder, its record and every byte of its tables verified.
-
-    Raises:
-        InputError: There is none, or a file of it is damaged.
-        FolderError: The run is unfinished.
-
-    >>> import tendon_cli as tendon
-    >>> done = tendon.sweep(tendon.load_study("study.toml"), "results/mine")
-    >>> run = tendon.open_run("results/mine")
-    >>> run.record["designs"], len(run.states)
-    (1, 182)
-    >>> run.to_xarray()["motor_torque"].dims
-    ('direction', 'elbow_angle')
-    """
-    path = result_path(path)
-    result = open_result(path)
-    if not isinstance(result, Run):
-        problem = f"holds {result.kind.noun}, expected the run of a sweep"
-        raise InputError(problem, where=str(path))
-    return result
 
 
 def xarray_library() -> Any:

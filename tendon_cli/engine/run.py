@@ -39,6 +39,9 @@ slack map.
 """
 Progress: TypeAlias = Callable[[int, int], None]
 """Called with the number of finished parts and of all parts."""
+_NOT_LOCKED = (
+    "the folder is on a file system without locks: make sure that no other run writes there"
+)
 ResultType = TypeVar("ResultType", bound=Result)
 
 
@@ -52,8 +55,6 @@ class RunOptions:
     """True to finish an unfinished run, or to make damaged files of a finished one again."""
     overwrite: bool = False
     """True to replace the run in the folder."""
-    lock: bool = True
-    """False for a file system that cannot lock."""
     scheduler: str | None = None
     """Address of a Dask cluster whose workers make the parts."""
     draw: Draw | None = None
@@ -96,8 +97,7 @@ def run_task(
                 raise UsageError("a cluster needs a folder to write to", hint="name one")
             return _in_memory(task.of(study, ended), kind, how)
         folder = RunFolder(out, task.of(study, ended))
-        if how.lock:
-            check_unlocked(out)
+        check_unlocked(out)
         # Looked at before it is locked: a folder that is refused stays as it was.
         contents = look(out)
         folder.check(contents, resume=how.resume, overwrite=how.overwrite)
@@ -107,12 +107,14 @@ def run_task(
         folder.check_space(contents)
         if contents.run is None or how.overwrite:
             how.confirm(folder.task)
-        with _runner(how, folder.task.parts) as runner, locked(out, use_lock=how.lock):
+        with _runner(how, folder.task.parts) as runner, locked(out) as is_locked:
             record, up_to_date = compute_parts(folder, how, runner)
             note = None
             if not up_to_date or (how.draw is not None and _wants_figures(folder, record)):
                 note = _with_figures(folder, record, how.draw)
                 folder.finish(record)
+            if not is_locked:
+                record = {**record, "warnings": [*record["warnings"], _NOT_LOCKED]}
             return kind(record, out, up_to_date=up_to_date, note=note, validated=folder.task.study)
 
 

@@ -54,7 +54,6 @@ def export_answer(
     out: str | PathLike[str],
     *,
     choice: int | None = None,
-    frictionloss: bool = False,
     overwrite: bool = False,
 ) -> Path:
     """Write a choice of an answer for the next tool.
@@ -64,7 +63,6 @@ def export_answer(
         to: "mujoco", "controller" or "parameters".
         out: File to write.
         choice: Row of the choice; None for the one that the answer names first.
-        frictionloss: True to give MuJoCo's tendons the friction of the tensions that are set.
         overwrite: True to replace a file that tendon did not write.
 
     Returns:
@@ -84,9 +82,6 @@ def export_answer(
     if path.suffix.lower() != form.suffix:
         problem = f'"{shorten(path.name)}" does not end in {form.suffix}'
         raise UsageError(problem, where=f"--to {to}", hint=f"such as suit{form.suffix}")
-    if frictionloss and to != "mujoco":
-        raise UsageError("--frictionloss is for --to mujoco")
-    suit = ChosenSuit.of(answer, choice)
-    text = suit_xml(suit, frictionloss=True) if frictionloss else form.text(suit)
+    text = form.text(ChosenSuit.of(answer, choice))
     write_output(path, text.encode(), form.is_ours, overwrite=overwrite)
     return path

@@ -51,8 +51,6 @@ class Strand:
     """Stiffness of spring and tissue in series, N/m; infinite if both are rigid."""
     pretension: float
     """Tension F0 at zero spool angle with the path at its reference length, N."""
-    frictionloss: float = 0.0
-    """Constant dry friction along the tendon, N."""
 
     @property
     def parts(self) -> tuple[float, float]:
@@ -194,11 +192,11 @@ _MJCF = """\
       <geom geom="pulley" sidesite="behind the elbow"/><site site="extensor end"/>
     </spatial>
     <fixed name="flexor tendon" stiffness="{flexor_tendon!r}"
-      springlength="0 {flexor_tendon_natural!r}" frictionloss="{flexor_frictionloss!r}">
+      springlength="0 {flexor_tendon_natural!r}">
       <joint joint="spool" coef="{flexor_radius!r}"/><joint joint="flexor junction" coef="-1"/>
     </fixed>
     <fixed name="extensor tendon" stiffness="{extensor_tendon!r}"
-      springlength="0 {extensor_tendon_natural!r}" frictionloss="{extensor_frictionloss!r}">
+      springlength="0 {extensor_tendon_natural!r}">
       <joint joint="spool" coef="{minus_extensor_radius!r}"/>
       <joint joint="extensor junction" coef="-1"/>
     </fixed>
@@ -261,7 +259,6 @@ def machine_xml(
             f"{side}_spring": spring,
             f"{side}_tendon_natural": strand.length - strand.pretension / tendon,
             f"{side}_spring_natural": lead + reference - strand.pretension / spring,
-            f"{side}_frictionloss": strand.frictionloss,
         }
     load = ""
     if machine.load_mass > 0.0:

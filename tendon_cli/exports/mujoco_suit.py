@@ -14,7 +14,6 @@ from tendon_cli.exports.mujoco import Keyframe, Machine, Strand, machine_xml
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design, Side
 from tendon_cli.model.kinematics import Anchors, Spline
-from tendon_cli.model.setting import all_readings
 from tendon_cli.units import shorten
 from tendon_cli.version import __version__
 
@@ -27,13 +26,8 @@ _LONGEST = 120
 """Most characters of a name in the comment."""
 
 
-def suit_xml(suit: ChosenSuit, *, frictionloss: bool = False) -> str:
+def suit_xml(suit: ChosenSuit) -> str:
     """Return the model of a choice on the study's own arm, with the largest load of the conditions.
-
-    Args:
-        suit: The choice.
-        frictionloss: True to give each tendon the dry friction that its sheath has at the tension
-            that is set. It does not grow with the tension, as that of a sheath does.
 
     Raises:
         UsageError: The travels of the tendons are measured, so that they have no path to lay.
@@ -41,13 +35,13 @@ def suit_xml(suit: ChosenSuit, *, frictionloss: bool = False) -> str:
     load = suit.largest_load
     numbers = {} if load is None else {LOAD: np.array([load])}
     design = suit.design(numbers)
-    machine = _machine(design, frictionloss=frictionloss)
+    machine = _machine(design)
     keyframes = [*_keyframes(suit, design, machine)]
-    remarks = [*_remarks(suit, design, frictionloss=frictionloss)]
+    remarks = [*_remarks(suit, design)]
     return machine_xml(machine, suit.record["name"], remarks, keyframes)
 
 
-def _machine(design: Design, *, frictionloss: bool) -> Machine:
+def _machine(design: Design) -> Machine:
     """Return the machine of a single design."""
     joint = design.arm.joint
     if not isinstance(joint, Anchors):
@@ -55,12 +49,7 @@ def _machine(design: Design, *, frictionloss: bool) -> Machine:
             "the tendons' travels are measured (joint.excursion), so there is no path for MuJoCo",
             hint="`--to controller` and `--to parameters` do without one",
         )
-    readings = all_readings(design, design.flexor.pretension)
-    tensions = [scalar(readings[f"{side} at joint"]) for side in ("flexor", "extensor")]
-    strands = [
-        _strand(side, tension if frictionloss else 0.0)
-        for side, tension in zip((design.flexor, design.extensor), tensions, strict=True)
-    ]
+    strands = [_strand(side) for side in (design.flexor, design.extensor)]
     arm = design.arm
     mass = scalar(arm.forearm_mass)
     centre = scalar(arm.forearm_com)
@@ -92,24 +81,15 @@ def _machine(design: Design, *, frictionloss: bool) -> Machine:
     )
 
 
-def _strand(side: Side, friction_at: float) -> Strand:
-    """Return tendon and spring of a side.
-
-    Args:
-        side: The side.
-        friction_at: Distal tension whose friction in the sheath is taken as constant, N.
-    """
+def _strand(side: Side) -> Strand:
+    """Return tendon and spring of a side."""
     area = math.pi * scalar(side.diameter) ** 2 / 4.0
     compliance = 1.0 / scalar(side.spring_stiffness) + 1.0 / scalar(side.anchor_stiffness)
-    exponent = 0.0
-    if friction_at and not isinstance(side.bend_angle, Spline):
-        exponent = scalar(side.friction) * scalar(side.bend_angle)
     return Strand(
         length=scalar(side.length),
         tendon_stiffness=area * scalar(side.youngs_modulus) / scalar(side.length),
         spring_stiffness=1.0 / compliance if compliance > 0.0 else math.inf,
         pretension=scalar(side.pretension),
-        frictionloss=friction_at * math.expm1(exponent),
     )
 
 
@@ -145,7 +125,7 @@ def _keyframes(suit: ChosenSuit, design: Design, machine: Machine) -> Iterator[K
 # --- The comment ----------------------------------------------------------------------------------
 
 
-def _remarks(suit: ChosenSuit, design: Design, *, frictionloss: bool) -> Iterator[str]:
+def _remarks(suit: ChosenSuit, design: Design) -> Iterator[str]:
     """Yield the lines of the comment: whose model it is, and what MuJoCo lacks."""
     record = suit.record
     unit = record["question"]["unit"]
@@ -160,8 +140,6 @@ def _remarks(suit: ChosenSuit, design: Design, *, frictionloss: bool) -> Iterato
     yield "What MuJoCo lacks, and so does this model:"
     for side_name, side in (("flexor", design.flexor), ("extensor", design.extensor)):
         yield f"- the {side_name}'s sheath: {_friction_words(side)}"
-    if frictionloss:
-        yield "  frictionloss is that of the tensions that are set, and does not grow with them"
     if design.bend_follows_joint:
         yield "- a sheath that bends with the joint"
     if design.arm.torque is not None:

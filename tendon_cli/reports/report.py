@@ -1,11 +1,8 @@
-"""Write the HTML page of the results in a folder: a sweep, an answer, or the reproduced paper."""
+"""Write the HTML page of the results in a folder: a sweep or an answer."""
 
 from __future__ import annotations
 
-import base64
-import json
 from collections.abc import Mapping, Sequence
-from html import escape
 from os import PathLike
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -19,13 +16,7 @@ from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.cube.room import bounded_column, is_default
 from tendon_cli.engine.results import AnyResult, Result, Run, folder_of, open_result
 from tendon_cli.engine.sweep_kind import DEFINING
-from tendon_cli.errors import InputError
-from tendon_cli.files import (
-    check_output,
-    read_file,
-    result_path,
-    write_output,
-)
+from tendon_cli.files import check_output, result_path, write_output
 from tendon_cli.registry import load
 from tendon_cli.reports import html
 from tendon_cli.reports.data import (
@@ -51,14 +42,6 @@ from tendon_cli.studies.spaces import space_of
 
 NAME = "report.html"
 """Name of the page in the folder of its results."""
-LEDGER = "ledger.json"
-"""Name of the file that `tendon paper` leaves with its findings and claims."""
-_LARGEST_LEDGER = 10**6
-"""Largest size of a ledger that is read, bytes."""
-_LARGEST_PICTURES = 3_000_000
-"""Largest size of all figures of the paper together, bytes; further figures are only named."""
-_LEDGER_FIELDS = ("id", "verdict", "finding", "value")
-"""Fields of a ledger that the page shows."""
 
 _FIRST = (
     "margin",
@@ -91,12 +74,12 @@ _CLASSES = (
 def write_report(
     result: AnyResult, out: str | PathLike[str] | None = None, *, overwrite: bool = False
 ) -> Path:
-    """Write one HTML page with everything that a run, an answer or the reproduced paper holds.
+    """Write one HTML page with everything that a run or an answer holds.
 
     The page needs no network and no other file.
 
     Args:
-        result: A run, an answer, or the folder of one or of the paper.
+        result: A run, an answer, or the folder of one.
         out: File to write; by default `report.html` in the folder of the result.
         overwrite: True to replace a file that tendon did not write.
 
@@ -122,8 +105,6 @@ def write_report(
 
 def _page(folder: Path) -> str:
     """Return the page of the results in a folder."""
-    if (folder / LEDGER).exists():
-        return _paper_page(folder)
     result = open_result(folder)
     if not result.kind.page:
         return _plain_page(result)
@@ -143,48 +124,6 @@ def _plain_page(result: Result) -> str:
 def is_page(file: BinaryIO) -> bool:
     """Return True if a file is a page that tendon wrote."""
     return MARK.encode() in file.read(4096)
-
-
-def _paper_page(folder: Path) -> str:
-    """Return the page of the paper as `tendon paper` left it; raise InputError if it is damaged."""
-    try:
-        entries = json.loads(read_file(folder / LEDGER, _LARGEST_LEDGER))
-        rows = [tuple(str(entry[name]) for name in _LEDGER_FIELDS) for entry in entries]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        hint = "`tendon paper` writes it anew"
-        raise InputError(
-            f"is not a ledger: {error}", where=str(folder / LEDGER), hint=hint
-        ) from None
-    pictures, left_out = _pictures(folder)
-    table = html.table(("id", "verdict", "what the paper says", "result"), rows)
-    parts = [
-        html.head(
-            "The paper, reproduced",
-            "findings and claims, each with its number",
-            {"ledger": "Findings", "figures": "Figures"},
-        ),
-        html.section("ledger", "Findings and claims", table),
-        html.section("figures", "Figures", pictures + html.notes(left_out, "warning")),
-    ]
-    return html.html_page("The paper, reproduced", parts, page_data())
-
-
-def _pictures(folder: Path) -> tuple[str, list[str]]:
-    """Return the figures of a folder as HTML, and a note on each that is left out."""
-    room = _LARGEST_PICTURES
-    pictures = []
-    notes = []
-    for file in sorted(folder.glob("*.png")):
-        if file.stat().st_size > room:
-            notes.append(f"{file.name} is not on this page, which is kept small")
-            continue
-        content = file.read_bytes()
-        room -= len(content)
-        data = base64.b64encode(content).decode("ascii")
-        name = escape(file.stem)
-        image = f'<img src="data:image/png;base64,{data}" alt="{name}">'
-        pictures.append(f"<figure>{image}<figcaption>{name}</figcaption></figure>")
-    return "".join(pictures), notes
 
 
 def sweep_page(run: Run) -> str:

@@ -14,9 +14,10 @@ from tendon_cli.quantities import SIDES
 from tendon_cli.studies import angle_curves
 from tendon_cli.studies.angle_curves import CurveColumns, CurveTable
 from tendon_cli.studies.csv_columns import Sheet
+from tendon_cli.studies.file_content import MAX_BYTES as MAX_PEOPLE_BYTES
+from tendon_cli.studies.file_content import FileContent
 from tendon_cli.studies.magnitude import Slip, slip_faults, slip_notes
 from tendon_cli.studies.parts import Part
-from tendon_cli.studies.people.people_section import MAX_BYTES as MAX_PEOPLE_BYTES
 from tendon_cli.studies.people.people_section import People
 from tendon_cli.studies.row_reading import RowCells, carried_faults, texts_with_points
 from tendon_cli.studies.row_table import RowTable
@@ -282,25 +283,28 @@ class Attachments:
 
     def _people(self, people: People) -> People:
         """Return the table of people with the content of its files."""
-        content = self._read(people.statistics, "people.statistics", MAX_BYTES)
-        if content is not None:
+        named = people.statistics if isinstance(people.statistics, str) else None
+        content = self._read(named, "people.statistics", MAX_BYTES)
+        if named is not None and content is not None:
             # Only a study with its own statistics pays for the import.
             from tendon_cli.studies.people.survey import read_survey
 
-            survey = read_survey(content, shorten(people.statistics or "", 200))
+            survey = read_survey(content, shorten(named, 200))
             men = survey.male.persons
             women = survey.female.persons
-            self._note("people.statistics", people.statistics, content, men=men, women=women)
-            people = people.with_file("statistics", content)
-        content = self._read(people.file, "people.file", MAX_PEOPLE_BYTES)
-        if content is None or people.statistics is not None:
+            self._note("people.statistics", named, content, men=men, women=women)
+            people = people.changed(statistics=FileContent.of(content))
+        if isinstance(people.file, FileContent) and not self.accepts_slips:
+            self._judged("people.file", people.population.slips)
+        named = people.file if isinstance(people.file, str) else None
+        content = self._read(named, "people.file", MAX_PEOPLE_BYTES)
+        if named is None or content is None or isinstance(people.statistics, str):
             return people
-        known = people.with_file("file", content)
-        where = shorten(people.file or "")
-        persons = known.read(where, accepts_slips=self.accepts_slips)
+        known = people.changed(file=FileContent.of(content))
+        persons = known.read(shorten(named), accepts_slips=self.accepts_slips)
         warnings = list(persons.notes)
         warnings += self._judged("people.file", persons.slips)
-        self._note("people.file", people.file, content, persons=len(persons), warnings=warnings)
+        self._note("people.file", named, content, persons=len(persons.persons), warnings=warnings)
         return known
 
     # --- Sheaths ---------------------------------------------------------------------------------

@@ -35,6 +35,7 @@ from tendon_cli.studies.contents import case_numbers
 from tendon_cli.studies.design_section import CHOICE_RESULTS
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.figures import figure_faults
+from tendon_cli.studies.fit_section import BACKLASH
 from tendon_cli.studies.magnitude import slip_faults
 from tendon_cli.studies.measured_motion import short_record, trajectory_fault
 from tendon_cli.studies.model_words import word_of
@@ -93,6 +94,7 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
     of_motion = (trajectory_fault(study.motion), short_record(study.motion))
     faults += [fault for fault in of_motion if fault is not None]
     faults += _condition_faults(study)
+    faults += _exact_faults(study)
     faults += _goal_faults(study, at_fault)
     if study.people is not None:
         faults += study.people.contradictions()
@@ -450,6 +452,17 @@ def _condition_faults(study: Study) -> Iterator[Fault]:
         elif name not in known and name not in study.words:
             problem = f'"{shorten(name)}" is not an axis that a study can have'
             yield Fault("design.conditions", problem, hint_at_nearest(paths.get(name, name), known))
+
+
+def _exact_faults(study: Study) -> Iterator[Fault]:
+    """Yield a fault for each name of an exact number that is no key, no table, and no sensor's."""
+    names = study.uncertainty.exact if study.uncertainty is not None else ()
+    tables = {key[:end] for key in keys() for end in range(len(key)) if key[end] == "."}
+    known = (*keys(), *sorted(tables), BACKLASH)
+    for name in names:
+        if name not in known and " " not in name:  # other errors of sensors are of several words
+            problem = f'"{shorten(name)}" is neither a number of a study nor a table of them'
+            yield Fault("uncertainty.exact", problem, hint_at_nearest(name, known))
 
 
 def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:

@@ -16,6 +16,7 @@ from tendon_cli.studies.accuracy import Accuracy
 from tendon_cli.studies.angle_curves import CurveField, CurveTable
 from tendon_cli.studies.design_section import Limits
 from tendon_cli.studies.fields import SingleField, WordField, fault
+from tendon_cli.studies.file_content import FileContent
 from tendon_cli.studies.magnitude import Slip
 from tendon_cli.studies.number import NumberField
 from tendon_cli.studies.parts import (
@@ -102,7 +103,7 @@ def part_document(part: Part) -> dict[str, Any]:
     for name, field in type(part).model_fields.items():
         value = None if field.exclude else getattr(part, name)
         mark = _number_mark(field)
-        if isinstance(value, (CurveTable, Accuracy)):
+        if isinstance(value, (CurveTable, Accuracy, FileContent)):
             content[name] = value.document()
         elif isinstance(value, Part):
             content[name] = part_document(value)

@@ -12,6 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, WithJsonSchema, create_mod
 from tendon_cli.model.forms import DesignLimit
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES, QUANTITIES
+from tendon_cli.space.axis import split_side
 from tendon_cli.studies.fields import SingleField, fault, whole_number
 from tendon_cli.studies.number import NumberField
 from tendon_cli.studies.parts import Part, Words, field_default
@@ -210,8 +211,18 @@ class Uncertainty(Part):
         description="number of draws, a power of two; 0 takes the middle of every uncertain number",
     )
     seed: Seed = field_default(1, description="the same seed gives the same draws")
-    cross: TruthValue | None = field_default(
-        None,
-        description="with people: every draw for every person, instead of one draw for each; "
-        "default true with fewer persons than draws",
+    exact: Words = field_default(
+        (),
+        description="keys of numbers, or tables such as arm, that have no deviation: they are "
+        "neither drawn nor fitted; tendon fit-suit also takes names of errors of sensors",
     )
+
+    @property
+    def asks_for_draws(self) -> bool:
+        """True if the study says more here than what is exact."""
+        return self.model_fields_set != {"exact"}
+
+    def is_exact(self, key: str) -> bool:
+        """Return True if a number, its table, or an error of a sensor is named as exact."""
+        paths = (f"{key}.", f"{split_side(key)[0]}.")
+        return any(path.startswith(f"{name}.") for name in self.exact for path in paths)

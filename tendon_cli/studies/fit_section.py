@@ -8,11 +8,15 @@ from typing import Annotated
 from pydantic import StringConstraints
 
 from tendon_cli.studies.fields import SingleField
-from tendon_cli.studies.parts import Part, Words, field_default
+from tendon_cli.studies.parts import Part, field_default
 from tendon_cli.studies.values import StudyNumber
 
 Header = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=200)]
 """Header of a column of a log, with its unit."""
+
+
+BACKLASH = "backlash"
+"""Name of the play between spool and joint, an error of a fit's sensors."""
 
 
 class LogColumns(Part):
@@ -51,11 +55,6 @@ class Fitting(Part):
     """Fit of a suit to its logs: `tendon fit-suit`."""
 
     columns: LogColumns = LogColumns()
-    exact: Words = field_default(
-        (),
-        description="keys of numbers, and names of errors of sensors, that are not fitted; any "
-        "other number has its own or a usual tolerance",
-    )
     torque_constant: Annotated[StudyNumber | None, SingleField("torque_constant", 1e-6, 1e6)] = (
         field_default(
             None,

@@ -14,7 +14,6 @@ import numpy as np
 from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.space.axis import DRAW_AXIS, Axis, evenly_spaced
 from tendon_cli.studies.people.people_section import People
-from tendon_cli.studies.people.population import Population
 from tendon_cli.studies.spaces import person_axis
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import draw_fresh_numbers
@@ -64,7 +63,7 @@ def fresh_sample(study: Study) -> FreshSample | None:
     """Return a fresh sample of a study, of about as many members as `[design] verify` says.
 
     The members of persons of a file are the same persons, each with as many draws of what was not
-    measured, if the study completes it, and of the uncertain numbers.
+    measured and of the uncertain numbers.
 
     Returns:
         The sample; None if the study wants none, or draws nothing.
@@ -93,26 +92,18 @@ def fresh_sample(study: Study) -> FreshSample | None:
 def _of_file(study: Study, people: People, count: int, *, is_uncertain: bool) -> FreshSample | None:
     """Return the fresh sample of persons of a file; None if nothing is drawn for them."""
     bodies = people.fresh(count)
-    persons = len(bodies.persons)
-    draws = max(1, count // persons)
-    if not (is_uncertain or _differ(bodies)):
+    if not (is_uncertain or bodies.is_drawn):
         return None
-    repeats = draws // bodies.completions
+    persons = len(bodies.persons)
+    repeats = 1 if bodies.is_drawn else max(1, count // persons)
     rows = np.repeat(np.arange(len(bodies)), repeats)
     numbers = {key: values[rows] for key, values in person_axis(study, {}, bodies).numbers.items()}
     drawn = _uncertain_numbers(study, len(rows))
     return FreshSample(
         _axis(drawn | numbers, bodies.weighting[rows]),
-        np.repeat(np.arange(persons), draws),
+        np.repeat(np.arange(persons), repeats * bodies.completions),
         persons=persons,
     )
-
-
-def _differ(people: Population) -> bool:
-    """Return True if the bodies drawn for a person may differ."""
-    bodies = people.values.reshape(len(people.persons), people.completions, -1)
-    is_alone = people.completions == 1
-    return not is_alone and bool(np.ptp(bodies, axis=1).any())
 
 
 def _uncertain_numbers(study: Study, count: int) -> dict[str, Array]:

@@ -21,6 +21,14 @@ GONE: dict[str, str] = {
     },
     "motion.reversal": "leave it out: friction follows the sliding of the tendons, which follows "
     "from the motion and the suit",
+    "uncertainty.cross": "leave it out: every person meets every draw if there are fewer persons "
+    "than draws; else each has one",
+    "table.header": "leave it out: columns stand in their own order",
+    "people.completions": "leave it out: what was not measured of a person in `people.file` is "
+    "always drawn",
+    "people.content": "`people.file` names the file, or is a DataFrame of a program",
+    "people.statistics_content": "`people.statistics` names the file",
+    "fit.exact": "`uncertainty.exact` takes the same names, for fits and for draws",
 }
 """Advice by dotted key; the keys and columns that it names stand in backticks."""
 IS_GONE = "is no longer a key"

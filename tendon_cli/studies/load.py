@@ -46,15 +46,21 @@ _NO_LINE = 10**9
 """Place of a fault without a line, behind all others."""
 
 
-def any_study(content: AnyStudy) -> Study:
+def any_study(content: AnyStudy, settings: Iterable[str] = ()) -> Study:
     """Return a checked study from a dictionary with the keys of a study file, or from its path.
 
-    Numbers may be NumPy's, lists may be ranges, arrays or Series, and a `Fit` may be a friction
-    coefficient. Relative paths in it are relative to the working directory.
+    A file is TOML, or YAML by its ending; `-` is standard input. Paths in it are relative to it,
+    those in a dictionary to the working directory. Numbers of a dictionary may be NumPy's, lists
+    may be ranges, arrays or Series, and a `Fit` may be a friction coefficient.
     `study.vary(**{"load.mass": "3 kg"})` is the same study with another value.
+
+    Args:
+        content: The dictionary, the path, or a study, which is returned as it is.
+        settings: Settings KEY=VALUE above those of a dictionary or a file, as `--set` takes them.
 
     Raises:
         StudyError: The study has faults; all of them are listed.
+        UsageError: A setting has no place in a study.
         InputError: A file that it names cannot be trusted.
 
     >>> import tendon_cli as tendon
@@ -63,16 +69,23 @@ def any_study(content: AnyStudy) -> Study:
     (array([120.]), array([0., 5.]))
     >>> asked.vary(**{"load.mass": "3 kg"}).axes
     ()
+    >>> tendon.study("study.toml", ["load.mass=[0.0, 5.0]"]).axes
+    ('load.mass',)
     """
+    settings = (settings,) if isinstance(settings, str) else tuple(settings)
     if isinstance(content, Study):
+        if settings:
+            hint = 'study.vary(**{"load.mass": "3 kg"}) gives it other values'
+            raise UsageError("settings are for a dictionary or a file, not for a study", hint=hint)
         return content
     if isinstance(content, str | PathLike):
-        return load_study(content)
+        return load_study(content, settings)
     if not isinstance(content, Mapping):
         raise refused(
             f"{described(content)} is not a study, expected a path or a dictionary of keys"
         )
-    return _merged_study(Document(plain_content(content), KeyPlaces()))
+    document = Document(plain_content(content), KeyPlaces())
+    return _merged_study(document, settings=settings)
 
 
 def load_study(path: str | PathLike[str], settings: Iterable[str] = ()) -> Study:
@@ -89,15 +102,8 @@ def load_study(path: str | PathLike[str], settings: Iterable[str] = ()) -> Study
         StudyError: The study has faults; all of them are listed.
         UsageError: A setting has no place in a study.
         InputError: A file that the study names cannot be trusted.
-
-    >>> import tendon_cli as tendon
-    >>> loaded = tendon.load_study("study.toml", ["load.mass=[0.0, 5.0]"])
-    >>> loaded.axes
-    ('load.mass',)
     """
     file = path_of(path)
-    if isinstance(settings, str):
-        settings = (settings,)
     try:
         return _merged_study(read_document(file), file, tuple(settings))
     except TendonError as error:
@@ -251,7 +257,7 @@ def varied_study(study: Study, settings: Mapping[str, Any]) -> Study:
         UsageError: A setting has no place in a study.
     """
     if EXTENDS in settings:
-        hint = 'tendon.load_study(path, ["extends=other.toml"]) reads it with another base'
+        hint = 'tendon.study(path, ["extends=other.toml"]) reads it with another base'
         raise UsageError("a study that has been read cannot extend another", hint=hint)
     content = study.document()
     # A default that is written out would count as stated, for persons who are added or a gauge.

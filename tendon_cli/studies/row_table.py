@@ -78,7 +78,7 @@ class RowTable:
                 yield f"{self.where}: {key}", key
 
     def document(self) -> dict[str, Any]:
-        """Return the table as a study file may have it, by columns, in SI."""
+        """Return the table as a record has it: its columns, each behind its header, in SI."""
         return self._document
 
     @cached_property
@@ -91,7 +91,8 @@ class RowTable:
             columns[carried_header(column)] = carried_cells(column)
         role = {} if self.role is None else {"role": self.role}
         # A record sorts keys, which would lose the order of the columns.
-        return {"name": self.key, **role, "header": list(columns), "rows": columns}
+        lists = [[header, *cells] for header, cells in columns.items()]
+        return {"name": self.key, **role, "rows": lists}
 
 
 def _cells_of(key: str, values: Array, reading: str | None) -> tuple[str, list[Any]]:

@@ -194,8 +194,7 @@ def wearer_axis(study: Study) -> NamedAxis | None:
     """
     if study.people is None or not study.measured_anchors:
         return None
-    people = study.people.changed(completions=None)
-    return person_axis(study.replaced({"people": people}), {})
+    return person_axis(study, {}, study.people.nominal)
 
 
 def axis_of(study: Study, key: str) -> Axis:

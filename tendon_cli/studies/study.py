@@ -252,25 +252,30 @@ class Study(Displayed, StudyTables):
 
     @property
     def uncertain(self) -> dict[str, Uncertain]:
-        """Distributions of the uncertain numbers, by dotted key."""
+        """Distributions of the uncertain numbers, by dotted key; those named exact have none."""
         return {
             key: values.uncertain
             for key, values in self.numbers.items()
-            if values.uncertain is not None
+            if values.uncertain is not None and not is_exact(self, key)
         }
 
     @property
     def drawing(self) -> Uncertainty | None:
         """Draws of the uncertain numbers; None if nothing is drawn, and each has its middle."""
-        if self.uncertainty is None or not self.uncertainty.draws or not self.uncertain:
+        stated = self.uncertainty
+        if stated is None or not stated.asks_for_draws or not stated.draws or not self.uncertain:
             return None
-        return self.uncertainty
+        return stated
 
     def drawn(self) -> Study:
         """Return the same study with its uncertain numbers drawn, unless it states otherwise."""
-        if self.uncertainty is not None or not self.uncertain:
+        stated = self.uncertainty
+        if not self.uncertain or (stated is not None and stated.asks_for_draws):
             return self
-        return self.replaced({"uncertainty": Uncertainty()})
+        drawing = Uncertainty()
+        if stated is not None:
+            drawing = drawing.model_copy(update={"exact": stated.exact, "draws": drawing.draws})
+        return self.replaced({"uncertainty": drawing})
 
     @property
     def body_numbers(self) -> tuple[str, ...]:
@@ -348,15 +353,10 @@ class Study(Displayed, StudyTables):
 
     @property
     def is_crossed(self) -> bool:
-        """True if every person meets every draw of the uncertain numbers.
-
-        Unless the study states it, this is so if there are fewer persons than draws.
-        """
+        """True if every person meets every draw: there are fewer persons than draws."""
         drawing = self.drawing
         if self.people is None or drawing is None:
             return False
-        if drawing.cross is not None:
-            return drawing.cross
         return self.people.persons < drawing.draws
 
     @property
@@ -477,6 +477,8 @@ class Study(Displayed, StudyTables):
             # Measured travels replace the anchors.
             for name in ANCHORS:
                 written["arm"].pop(name, None)
+        if self.uncertainty is not None and not self.uncertainty.asks_for_draws:
+            written["uncertainty"] = {"exact": list(self.uncertainty.exact)}
         return written
 
     @property
@@ -496,6 +498,11 @@ class Study(Displayed, StudyTables):
         content = {"study": document, "axes": list(self.axes)}
         text = json.dumps(content, sort_keys=True, ensure_ascii=True)
         return hashlib.sha256(text.encode()).hexdigest()
+
+
+def is_exact(study: Study, key: str) -> bool:
+    """Return True if `[uncertainty] exact` names a number, its table, or a sensor's error."""
+    return study.uncertainty is not None and study.uncertainty.is_exact(key)
 
 
 # --- Roles ----------------------------------------------------------------------------------------

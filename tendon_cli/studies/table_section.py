@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, GetJsonSchemaHandler, WithJsonSchema
+from pydantic import BeforeValidator, GetJsonSchemaHandler, WithJsonSchema, model_validator
 from pydantic_core import CoreSchema, PydanticCustomError
 
 from tendon_cli.errors import Fault
@@ -60,6 +60,8 @@ class _RowsField(FieldMark):
     def read(self, value: object) -> Any:
         """Return rows as they are; what stands in them is read with those of files.
 
+        A record has columns as lists, each with its header first.
+
         Raises:
             PydanticCustomError: The value is neither rows nor columns.
         """
@@ -71,6 +73,8 @@ class _RowsField(FieldMark):
             raise fault(f"{described(value)} is not a list of rows, expected rows in braces")
         if not value:
             raise fault("an empty list, expected at least one row")
+        if all(isinstance(column, list) and column for column in value):
+            return _checked_columns({column[0]: column[1:] for column in value})
         for row in value:
             if not isinstance(row, dict):
                 hint = 'such as { name = "P1", "spring.stiffness" = "1.5 kN/m" }'
@@ -187,9 +191,6 @@ class TableSection(Part):
         None, description="a CSV with a column name, and keys of the study with units as headers"
     )
     rows: Annotated[Any, _RowsField()] = None
-    header: tuple[str, ...] | None = field_default(
-        None, description="for programs: the columns of rows in their order"
-    )
     sample: Literal["sobol", "latin-hypercube", "random"] | None = field_default(
         None, description="rows that are drawn between bounds, the same on every machine"
     )
@@ -200,6 +201,15 @@ class TableSection(Part):
         None, description="the same seed draws the same rows; default 1"
     )
     between: Annotated[Any, _BetweenField()] = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _columns_as_rows(cls, content: Any) -> Any:
+        """Take the columns of a DataFrame, which may stand in the place of a file, as rows."""
+        if not isinstance(content, dict) or not isinstance(content.get("file"), dict):
+            return content
+        others = {name: value for name, value in content.items() if name != "file"}
+        return {"rows": content["file"], **others}
 
     def contradictions(self, at: int) -> Iterator[Fault]:
         """Yield a fault for each key that contradicts another, or lacks one.
@@ -243,9 +253,8 @@ class TableSection(Part):
         where = f"table.{at}"
         rows = f"{where}.rows"
         if isinstance(self.rows, dict):
-            order = [text for text in self.header or () if text in self.rows]
-            header = list(dict.fromkeys((*order, *self.rows)))
-            columns = [list(self.rows[text]) for text in header]
+            columns = [list(cells) for cells in self.rows.values()]
+            header = list(self.rows)
             return RowCells(where, header, columns, lambda row: f"{rows}, row {row + 1}", rows)
         flat = [dict(_flat(row)) for row in self.rows]
         keys_given = list(dict.fromkeys(key for row in flat for key in row))

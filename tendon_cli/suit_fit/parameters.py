@@ -9,7 +9,7 @@ between two ends is spread so that it never leaves them.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,8 @@ import numpy as np
 from tendon_cli.errors import Fault, StudyError
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import PRETENSION, split_side
-from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.fit_section import BACKLASH
+from tendon_cli.studies.study import Study, is_exact, keys
 from tendon_cli.studies.values import Uncertain, quantile
 from tendon_cli.suit_fit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE, TENSION_CHANNELS
 from tendon_cli.suit_fit.suit_log import Floats
@@ -34,7 +35,6 @@ TORQUE_ZERO = "torque zero"
 TORQUE_GAIN = "torque gain"
 TORQUE_DELAY = "torque delay"
 GEAR_FRICTION = "gear friction"
-BACKLASH = "backlash"
 
 _LENGTH_SHARE = 0.02
 _MASS_SHARE = 0.05
@@ -170,10 +170,9 @@ def numbers_of(study: Study) -> list[Parameter]:
             faults.append(Fault(rows.where or rows.key, problem, hint))
     if faults:
         raise StudyError(faults)
-    exact = set(study.fit.exact)
     found = []
     for key, number in study.numbers.items():
-        if number.is_axis or key in exact or key.startswith(_NOT_FITTED):
+        if number.is_axis or is_exact(study, key) or key.startswith(_NOT_FITTED):
             continue
         law = number.uncertain or _usual_law(study, key)
         if law is None or not _is_model_number(key):
@@ -210,14 +209,14 @@ def _usual_law(study: Study, key: str) -> Uncertain | None:
 
 
 def sensors_of(
-    channels: Mapping[str, Floats], logs: int, exact: Iterable[str], *, has_time: bool
+    channels: Mapping[str, Floats], logs: int, study: Study, *, has_time: bool
 ) -> list[Parameter]:
     """Return the errors of sensors that a fit may change.
 
     Args:
         channels: What was measured.
         logs: Number of logs.
-        exact: Names that the study takes as exact.
+        study: The study, which may take some as exact.
         has_time: True if the logs have a time.
     """
     found = [
@@ -247,8 +246,7 @@ def sensors_of(
         zero = normal(0.0, _CELL_ZERO_SHARE * range_of(channels[name]))
         found.append(Parameter(f"{name} zero", zero, "N", is_sensor=True))
         found.append(Parameter(f"{name} gain", normal(0.0, _CELL_GAIN), "1", is_sensor=True))
-    left_out = set(exact)
-    return [parameter for parameter in found if parameter.key not in left_out]
+    return [parameter for parameter in found if not is_exact(study, parameter.key)]
 
 
 def stated_load(key: str) -> float:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_cli import say
+from tendon_cli.studies.fit_section import BACKLASH
 from tendon_cli.suit_fit import parameters as names
 from tendon_cli.suit_fit.fitted_numbers import FittedNumber
 from tendon_cli.suit_fit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE
@@ -29,7 +30,7 @@ _CERTAIN = 9.0
 """Fall of the misfit's square, in its own units, from which a pattern is more than chance."""
 _NAMED_ALONE = (
     names.GEAR_FRICTION,
-    names.BACKLASH,
+    BACKLASH,
     names.SPOOL_DELAY,
     names.TORQUE_DELAY,
     names.TORQUE_ZERO,
@@ -273,7 +274,7 @@ def _sensor_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
                 f"the {name} is {1e3 * abs(number.value):.0f} ms {way} against the joint's angle,"
                 " which the fit allows for: give the channels one clock"
             )
-    play = by_key.get(names.BACKLASH)
+    play = by_key.get(BACKLASH)
     if play is not None and abs(play.value) > max(_PLAY, 3.0 * play.std):
         cause = ": there is backlash"
         if play.value < 0.0:

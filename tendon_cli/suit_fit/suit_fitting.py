@@ -57,7 +57,7 @@ def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[SuitEstimate, Se
     thin, every, strokes = cut(logs)
     check_durations(thin, strokes)
     has_time = all(log.time is not None for log in thin)
-    sensors = sensors_of(_joined(thin), len(thin), study.fit.exact, has_time=has_time)
+    sensors = sensors_of(_joined(thin), len(thin), study, has_time=has_time)
     loads = _stated_loads(thin)
     if loads:
         numbers = [parameter for parameter in numbers if parameter.key != LOAD]
@@ -128,7 +128,7 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
     """Fit the numbers of a suit to logs of its own motor and joint.
 
     What the study gives with +/- or as a range is fitted, with that as its prior; every other
-    number of arm, load and sensors has a usual tolerance, unless `[fit] exact` names it.
+    number of arm, load and sensors has a usual tolerance, unless `[uncertainty] exact` names it.
 
     Args:
         study: Study of one suit, a dictionary as a study file has it, or the path of its file.

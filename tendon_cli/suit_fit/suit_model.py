@@ -26,6 +26,7 @@ from tendon_cli.model.reversal import reversal
 from tendon_cli.model.sheath import sheaths_of
 from tendon_cli.space.axis import Axis
 from tendon_cli.space.space import Space
+from tendon_cli.studies.fit_section import BACKLASH
 from tendon_cli.studies.spaces import single_numbers
 from tendon_cli.studies.study import Study
 from tendon_cli.suit_fit import parameters as names
@@ -171,7 +172,7 @@ class SuitModel:
         if channel == SPOOL_ANGLE:
             delay = self._of(values, names.SPOOL_DELAY)
             zero = self._zeros(values, parts)
-            play = 0.5 * self._of(values, names.BACKLASH) * parts.sign
+            play = 0.5 * self._of(values, BACKLASH) * parts.sign
             return np.asarray(mean - delay * rate + zero + play)
         if channel == MOTOR_TORQUE:
             delay = self._of(values, names.TORQUE_DELAY)

@@ -132,8 +132,10 @@ def test_a_file_of_people_that_changed_is_named_without_its_content(tmp_path, mo
         tendon.sweep({"people": {"file": "people.csv"}}, name)
     with pytest.raises(UsageError) as refused:
         check("now", "before")
-    assert refused.value.message.endswith("people.content differs, the content of people.csv")
-    with pytest.raises(tendon.TendonError, match=r"content differs, the content of people\.csv$"):
+    assert refused.value.message.endswith("people.file differs, the content of people.csv")
+    with pytest.raises(
+        tendon.TendonError, match=r"people\.file differs, the content of people\.csv$"
+    ):
         tendon.sweep({"people": {"file": "people.csv"}}, "before")
     compared = tendon.compare("before", "now")
     assert [found["key"] for found in compared.record["differences"]] == ["people.file"]

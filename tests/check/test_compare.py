@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.checks.check import check
 from tendon_cli.checks.check_text import as_markdown
-from tendon_cli.checks.compare import compare, difference
+from tendon_cli.checks.compare import difference
 from tendon_cli.errors import UsageError
 from tests.check.conftest import swept
 
@@ -19,7 +18,7 @@ def rougher(tmp_path_factory):
 
 
 def test_a_run_is_as_it_is(plain):
-    result = compare(plain, plain, tolerance=0.0)
+    result = tendon.check(plain, plain, tolerance=0.0)
     assert result.holds
     assert "nothing changed" in result.text
     compared = r"compared: \d+ columns of 18 designs and \d+ columns of 684 states"
@@ -29,8 +28,8 @@ def test_a_run_is_as_it_is(plain):
 
 def test_another_study_is_refused_unless_the_key_is_named(plain, rougher):
     with pytest.raises(UsageError, match=r"sheath\.friction was 0\.07, now 0\.0705"):
-        compare(rougher, plain, tolerance=1e-9)
-    assert not compare(rougher, plain, tolerance=1e-9, apart=["sheath.friction"]).holds
+        tendon.check(rougher, plain, tolerance=1e-9)
+    assert not tendon.check(rougher, plain, tolerance=1e-9, apart=["sheath.friction"]).holds
 
 
 @pytest.mark.parametrize(
@@ -38,14 +37,14 @@ def test_another_study_is_refused_unless_the_key_is_named(plain, rougher):
 )
 def test_a_key_that_no_study_has_is_refused_with_the_nearest(plain, rougher, key, near):
     with pytest.raises(UsageError) as refused:
-        compare(rougher, plain, tolerance=1e-9, apart=[key])
+        tendon.check(rougher, plain, tolerance=1e-9, apart=[key])
     assert refused.value.hint == f'did you mean "{near}"?'
 
 
 def test_each_column_is_named_with_its_largest_difference(plain, rougher):
-    before = tendon.open_run(plain)
-    now = tendon.open_run(rougher)
-    record = compare(rougher, plain, tolerance=0.0, apart=["sheath.friction"]).record
+    before = tendon.open(plain)
+    now = tendon.open(rougher)
+    record = tendon.check(rougher, plain, tolerance=0.0, apart=["sheath.friction"]).record
     changes = {(change["table"], change["column"]): change for change in record["changes"]}
     for table in ("designs", "states"):
         values_now = getattr(now, table)
@@ -62,7 +61,7 @@ def test_each_column_is_named_with_its_largest_difference(plain, rougher):
 
 def test_a_tolerance_just_holds_and_just_fails(plain, rougher):
     def compare_within(tolerance):
-        return compare(rougher, plain, tolerance=tolerance, apart=["sheath.friction"])
+        return tendon.check(rougher, plain, tolerance=tolerance, apart=["sheath.friction"])
 
     changes = compare_within(0.0).record["changes"]
     of_numbers = [change for change in changes if change["difference"] is not None]
@@ -84,9 +83,9 @@ def is_at(breach, place, designs):
 
 def test_feasibility_that_flipped_is_named_design_by_design(plain, tmp_path):
     stiffer = swept(tmp_path / "stiffer", spring={"stiffness": "3.4 kN/m"})
-    before = tendon.open_run(plain).designs
-    now = tendon.open_run(stiffer).designs
-    result = compare(stiffer, plain, tolerance=1e9, apart=["spring.stiffness"], worst=1000)
+    before = tendon.open(plain).designs
+    now = tendon.open(stiffer).designs
+    result = tendon.check(stiffer, plain, tolerance=1e9, apart=["spring.stiffness"], worst=1000)
     record = result.record
     changed = {change["column"] for change in record["changes"]}
     assert {"feasible", "status"} <= changed  # flags have no tolerance
@@ -96,7 +95,7 @@ def test_feasibility_that_flipped_is_named_design_by_design(plain, tmp_path):
     for flip in record["flips"]:
         place = flip["where"]
         flips[place["pretension"], place["load_mass"]] = flip["now"]
-        infeasible = check(plain if flip["now"] else stiffer, worst=1000).record["breaches"]
+        infeasible = tendon.check(plain if flip["now"] else stiffer, worst=1000).record["breaches"]
         broken = {breach["limit"] for breach in infeasible if is_at(breach, place, before)}
         assert set(flip["limits"]) == broken > set()
         assert all(limit in result.text for limit in broken)
@@ -108,13 +107,13 @@ def test_runs_of_other_axes_compare_on_what_they_share(plain, tmp_path):
     pretensions = {"pretension": ["160 N", "100 N"]}
     fewer = swept(tmp_path / "fewer", tendon=pretensions, load={"mass": "5 kg"})
     for run, baseline in ((fewer, plain), (plain, fewer)):
-        result = compare(run, baseline, tolerance=0.0)
+        result = tendon.check(run, baseline, tolerance=0.0)
         assert not result.holds
         assert result.record["designs"] == 2
         assert result.record["changes"] == []
         missing = {text.partition(":")[0] for text in result.record["missing"]}
         assert missing == {"load.mass", "tendon.pretension"}
-        excepted = compare(run, baseline, tolerance=0.0, apart=["tendon", "load.mass"])
+        excepted = tendon.check(run, baseline, tolerance=0.0, apart=["tendon", "load.mass"])
         assert excepted.holds
         assert "load.mass: 1 value in " in excepted.text
 
@@ -131,7 +130,7 @@ def test_runs_of_other_axes_compare_on_what_they_share(plain, tmp_path):
 )
 def test_what_only_one_run_keeps_is_a_change(plain, tmp_path, output, missing):
     less = swept(tmp_path / "less", output=output)
-    result = compare(less, plain, tolerance=0.0)
+    result = tendon.check(less, plain, tolerance=0.0)
     assert not result.holds
     assert missing in result.record["missing"]
     assert f"not compared: {missing}" in result.text
@@ -140,10 +139,10 @@ def test_what_only_one_run_keeps_is_a_change(plain, tmp_path, output, missing):
 def test_runs_with_nothing_in_common_are_refused(plain, tmp_path):
     other = swept(tmp_path / "other", tendon={"pretension": ["161 N", "163 N"]})
     with pytest.raises(UsageError, match=r"no value of tendon\.pretension in common"):
-        compare(other, plain, tolerance=0.0)
+        tendon.check(other, plain, tolerance=0.0)
     alone = swept(tmp_path / "alone", load={"mass": "4 kg"})
     with pytest.raises(UsageError, match=r"only one of the runs has the axis load\.mass"):
-        compare(alone, plain, tolerance=0.0)
+        tendon.check(alone, plain, tolerance=0.0)
 
 
 def test_a_null_against_a_number_is_a_change():
@@ -153,7 +152,7 @@ def test_a_null_against_a_number_is_a_change():
 
 
 def test_markdown_is_headed_by_what_was_found(plain, rougher):
-    same = compare(plain, plain)
+    same = tendon.check(plain, plain)
     assert as_markdown(same.text, same.verdict).startswith("### tendon check: nothing changed\n")
-    other = compare(rougher, plain, apart=["sheath.friction"])
+    other = tendon.check(rougher, plain, apart=["sheath.friction"])
     assert as_markdown(other.text, other.verdict).startswith("### tendon check: changed\n")

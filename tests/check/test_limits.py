@@ -19,7 +19,7 @@ def test_a_run_within_its_limits_holds(tmp_path):
 
 
 def test_every_broken_design_is_counted_and_the_worst_come_first(limited):
-    designs = tendon.open_run(limited).designs
+    designs = tendon.open(limited).designs
     result = check(limited, worst=1000)
     assert not result.holds
     record = result.record
@@ -64,7 +64,7 @@ BADNESS = {
 
 
 def test_the_state_that_is_named_is_the_worst_of_its_design(limited):
-    states = tendon.open_run(limited).states
+    states = tendon.open(limited).states
     breaches = check(limited, worst=1000).record["breaches"]
     assert {breach["limit"] for breach in breaches} >= {*BADNESS}
     for breach in breaches:

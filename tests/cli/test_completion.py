@@ -3,6 +3,7 @@
 import os
 import pty
 import select
+import shlex
 import shutil
 import subprocess
 import sys
@@ -14,7 +15,6 @@ import typer
 
 import tendon_cli
 from tendon_cli import cli
-from tendon_cli.commands.completion import candidates, split_line
 from tendon_cli.quantities import OF_DESIGNS, OF_STATES
 from tendon_cli.studies.json_schema import key_words
 from tendon_cli.studies.load import study_from
@@ -61,24 +61,20 @@ def folder(tmp_path_factory):
     return folder
 
 
-@pytest.fixture(autouse=True)
-def inside_folder(folder, monkeypatch):
+@pytest.fixture
+def offered(completed, folder, monkeypatch):
+    """Return a function that returns what is offered at the end of a line after `tendon`."""
     monkeypatch.chdir(folder)
-
-
-def offered(line):
-    """Return the words that are offered at the end of a line after `tendon`."""
-    words, begun, _ = split_line(f"tendon {line}")
-    return [word for word, _ in candidates(APP, words, begun)]
+    return lambda line: [" ".join(shlex.split(word)) for word in completed(f"tendon {line}")]
 
 
 @pytest.mark.parametrize("name", APP.commands)
-def test_every_command_and_every_option_is_offered(name):
+def test_every_command_and_every_option_is_offered(offered, name):
     options = {"--help"}
     for parameter in APP.commands[name].params:
         options |= {option for option in parameter.opts if option.startswith("--")}
     assert set(offered(f"{name} --")) >= options
-    assert name in offered("")
+    assert name in offered(name[:2])
 
 
 def test_a_value_that_is_offered_is_taken(tmp_path):
@@ -108,7 +104,9 @@ def test_a_value_that_is_offered_is_taken(tmp_path):
     assert checked > 10
 
 
-SLACK = ["model.slack=", "model.slack=unilateral", "model.slack=bilateral"]
+SLACK = ["unilateral", "bilateral"]
+"""Values behind the sign at which bash takes a word apart."""
+STIFFNESS = ["spring.stiffness=", "spring.stiffness=rigid"]
 PERSONS = ["mean-man", "mean-woman", "Ada Lovelace", "Bo", "Eve?[2J"]  # no raw escape
 
 
@@ -120,14 +118,21 @@ PERSONS = ["mean-man", "mean-woman", "Ada Lovelace", "Bo", "Eve?[2J"]  # no raw 
         ("--debug sw", ["sweep"]),
         ("sweep --dry", ["--dry-run"]),
         ("sweep a.toml --set model.slack=", SLACK),
+        ("sweep --set model.slack=u", SLACK[:1]),
         ("sweep --set 'model.slack=u", ["model.slack=unilateral"]),
+        ("sweep --set spring.stiff", STIFFNESS),
+        ("sweep --set spring.stiffness=", ["rigid"]),
+        ("sweep --set arm.forearm_m", ["arm.forearm_mass=", "arm.forearm_mass=..."]),
+        ("sweep --set arm.forearm_mass=", []),
         ("plot r --format s", ["svg"]),
-        ("completion f", ["fish"]),
         ("show r --columns margin,max_t", ["margin,max_tension", "margin,max_torque_band"]),
-        ("show r --sort -margi", ["-margin"]),
         ("show run --table states --columns elbow_s", ["elbow_stiffness"]),
         ("show run --where 'elbow_s", []),
-        ("show answer --sort -toleran", ["-tolerance", "-tolerance_length"]),
+        ("plot run -y mo", ["motor_torque"]),
+        ("plot run --panels load_m", ["load_mass"]),
+        ("plot run --table designs -y elbow_s", []),
+        ("plot answer -x from_b", ["from_by"]),
+        ("show answer --sort toleran", ["tolerance", "tolerance_length"]),
         ("export answer --columns from_by,served_a", ["from_by,served_at"]),
         ("export answer --table ", ["choices", "conditions", "named"]),
         ("show people.csv --columns ", ["name", "weight", "stature"]),
@@ -144,27 +149,27 @@ PERSONS = ["mean-man", "mean-woman", "Ada Lovelace", "Bo", "Eve?[2J"]  # no raw 
         ("state missing.toml --person ", ["mean-man", "mean-woman"]),
         ("sweep ", []),
         ("sweep --out ", []),
-        ("swep --", []),
+        ("swep x", []),
         ("sweep \"a'b", []),
     ],
 )
-def test_what_is_offered(line, expected):
+def test_what_is_offered(offered, line, expected):
     assert offered(line) == expected
 
 
 @pytest.mark.parametrize(
     "option", ["show r --columns", "show r --sort", "show r --where", "plot r -y", "plot r --x"]
 )
-def test_without_a_table_every_column_is_offered(option):
+def test_without_a_table_every_column_is_offered(offered, option):
     assert {*OF_DESIGNS, *OF_STATES, "load_mass"} <= set(offered(f"{option} "))
     assert {f"{key}=" for key in keys()} <= set(offered("sweep --set "))
 
 
 @pytest.mark.parametrize("quote", ["", "'", '"'])
-def test_bash_runs_nothing_of_a_name(tendon, folder, monkeypatch, quote):
+def test_bash_runs_nothing_of_a_name(completed, folder, monkeypatch, quote):
     monkeypatch.chdir(folder)
-    names = tendon("completion", "bash", "--line", f"tendon state own.toml --case {quote}").out
-    script = "\n".join(f"printf '%s\\n' {quote}{name}{quote}" for name in names.splitlines())
+    names = completed(f"tendon state own.toml --case {quote}")
+    script = "\n".join(f"printf '%s\\n' {quote}{name}{quote}" for name in names)
     echoed = subprocess.run(["bash", "-c", script], check=True, capture_output=True, text=True)
     assert echoed.stdout.splitlines() == CASES
     assert not Path("executed").exists()
@@ -203,10 +208,10 @@ def type_into(shell, setup, line, expected):
     return shown
 
 
-ZSH_SETUP = 'autoload -U compinit; compinit -u -D; eval "$(tendon completion zsh)"'
+SETUP = 'eval "$(tendon --show-completion)"'
 SHELLS = {
-    "bash": (["bash", "--norc", "--noprofile", "-i"], 'eval "$(tendon completion bash)"'),
-    "zsh": (["zsh", "-f", "-i"], ZSH_SETUP),
+    "bash": (["bash", "--norc", "--noprofile", "-i"], SETUP),
+    "zsh": (["zsh", "-f", "-i"], f"autoload -U compinit; compinit -u -D; {SETUP}"),
 }
 
 
@@ -226,7 +231,8 @@ MORE_TYPED = [
 
 @pytest.mark.parametrize("name", SHELLS)
 @pytest.mark.parametrize(("line", "expected"), quick_and_torture(TYPED, MORE_TYPED))
-def test_a_real_shell_completes(name, line, expected):
+def test_a_real_shell_completes(folder, monkeypatch, name, line, expected):
+    monkeypatch.chdir(folder)
     if shutil.which(name) is None:
         pytest.skip(f"there is no {name} here")
     command, setup = SHELLS[name]
@@ -242,10 +248,11 @@ FISH_COMPLETES = {
 }
 
 
-def test_fish_completes():
+def test_fish_completes(folder, monkeypatch):
+    monkeypatch.chdir(folder)
     if shutil.which("fish") is None:
         pytest.skip("there is no fish here")
-    commands = ["tendon completion fish | source"]
+    commands = ["tendon --show-completion | source"]
     commands += [f"complete -C '{line}'" for line in FISH_COMPLETES]
     environment = os.environ | {"PATH": f"{PROGRAMS}:{os.environ['PATH']}", "HOME": str(Path.cwd())}
     ran = subprocess.run(

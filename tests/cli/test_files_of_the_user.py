@@ -7,7 +7,6 @@ import pytest
 
 import tendon_cli as tendon_library
 from tendon_cli.errors import UsageError
-from tendon_cli.paper.reproduce import _check_files as check_files
 
 STUDY = """
 name = "mine"
@@ -150,23 +149,6 @@ def test_a_csv_that_the_study_reads_is_never_taken_for_an_export(tendon, place):
     assert tendon("export", "of-joined", "out.csv").exit == 0
 
 
-def test_the_paper_is_refused_before_it_is_run_if_a_file_is_of_the_user(tendon, place):
-    folder = place / "results" / "paper"
-    for name in ("fig07.png", "table_a1.png", "ledger.md", "ledger.json"):
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir(parents=True)
-        (folder / name).write_bytes(b'[{"id": "tendon"}]')
-        refused = tendon("paper")
-        assert refused.exit == 2
-        assert "tendon did not write it" in refused.err
-        assert [file.name for file in folder.iterdir()] == [name]
-
-
-def test_the_paper_that_tendon_wrote_may_be_replaced():
-    shipped = Path(__file__).parents[2] / "results" / "paper"
-    check_files(shipped, overwrite=False)
-
-
 def test_a_study_is_never_written_over(tendon, place):
     before = (place / "study.toml").read_bytes()
     assert tendon("init", "study.toml").exit == 2
@@ -178,7 +160,7 @@ def test_a_study_is_never_written_over(tendon, place):
 LIBRARY = {
     "run": lambda out, **how: tendon_library.open("run").plot(out=out, **how),
     "plot": lambda out, **how: tendon_library.plot(tendon_library.open("answer"), out=out, **how),
-    "study": lambda out, **how: tendon_library.load_study("study.toml").plot(out=out, **how),
+    "study": lambda out, **how: tendon_library.study("study.toml").plot(out=out, **how),
     "state": lambda out, **how: tendon_library.state("study.toml", plot=out, **how),
     "fit": lambda out, **how: tendon_library.fit_friction("log.csv").plot(out=out, **how),
     "report": lambda out, **how: tendon_library.report("run", out, **how),

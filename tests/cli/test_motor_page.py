@@ -133,7 +133,7 @@ def drawn(tmp_path, load):
     """
     file = tmp_path / "study.toml"
     file.write_text(study_text(load=load, direction=BOTH_DIRECTIONS))
-    plan = Plan(tendon_library.load_study(file))
+    plan = Plan(tendon_library.study(file))
     first = (slice(0, 1),) * len(plan.axes)
     state = plan.state(Block(0, first, slice(0, 1), slice(0, 1)))
     strokes = {

@@ -18,7 +18,6 @@ STUDY = '[load]\nmass = ["0 kg", "5 kg"]\n[motion]\nspeed = "60 deg/s"\n'
 PLACES = [
     ("sweep", "study.toml", "--out"),
     ("design", "study.toml", "--out"),
-    ("paper", "--out"),
     ("check",),
     ("check", "run", "--baseline"),
     ("show",),
@@ -84,7 +83,7 @@ def test_a_name_that_is_not_utf_8_is_refused_alike(tendon, study):
     "name", [None, 3, b"x", [], "", " ", "a\0b", "x" * 300, "\ud800", "y/" * 3000], ids=ascii
 )
 @pytest.mark.parametrize(
-    "function", [path_of, result_path, tendon_library.open_run, tendon_library.load_study]
+    "function", [path_of, result_path, tendon_library.open, tendon_library.study]
 )
 def test_from_python_it_is_a_tendon_error_too(workplace, name, function):
     with pytest.raises(TendonError) as fault:

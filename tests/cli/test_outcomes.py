@@ -92,7 +92,7 @@ UNWRITABLE = [
     ("full", "unbuffered --help"),
     ("closed", "--version"),
     ("closed", "sweep study.toml --no-figures"),
-    ("left", "schema"),
+    ("left", "init --schema"),
     ("left", "sweep --help"),
     ("left", ""),
 ]

@@ -120,7 +120,7 @@ def test_a_route_is_drawn_with_the_angle_of_a_setting(tendon, workplace, write_s
     command = ("plot", "--arm", "study.toml", "--json", "--out", "arm.svg")
     drawn = figures(tendon(*command, "--set", "sheath.path=other.csv"))
     assert drawn == ["arm.svg", "arm-route.svg"]
-    angle = tendon_library.load_study("other.toml").sheath.bend_angle.single
+    angle = tendon_library.study("other.toml").sheath.bend_angle.single
     drawn = (workplace / "arm-route.svg").read_text()
     assert f"φ = {math.degrees(angle):.4g} deg" in drawn
     assert "other.csv" in drawn

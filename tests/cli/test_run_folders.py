@@ -4,6 +4,7 @@ A folder that never was a run is not touched.
 """
 
 import errno
+import fcntl
 import hashlib
 import json
 import os
@@ -281,6 +282,19 @@ def test_a_pipe_a_device_or_a_folder_as_record_or_table_is_refused_at_once(run, 
     Path("run", name).mkdir()
     Path("run", name, "mine").touch()
     assert run("--overwrite").exit == 7
+
+
+@pytest.mark.parametrize("number", [errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS])
+def test_a_file_system_without_locks_is_said_once_and_written_to(run, monkeypatch, number):
+    monkeypatch.setattr(fcntl, "flock", mock.Mock(side_effect=OSError(number, "no locks")))
+    ran = run()
+    assert ran.exit == 0
+    assert (ran.out + ran.err).count("file system without locks") == 1
+    assert "without locks" not in Path("run/run.json").read_text("utf-8")
+    monkeypatch.setattr(fcntl, "flock", mock.Mock(side_effect=OSError(errno.EIO, "torn")))
+    refused = run("--overwrite")
+    assert refused.exit == 7
+    assert "cannot be locked: torn" in refused.err
 
 
 def test_the_root_is_no_run_folder(tendon, run):

@@ -37,7 +37,7 @@ def test_a_template_is_a_valid_study_that_names_its_schema(tendon, workplace):
     schema = jsonschema.Draft202012Validator(json.loads(schema_text()))
     file = workplace / "mine.toml"
     for template in TEMPLATES:
-        assert tendon("init", "mine.toml", "--template", template).exit == 0
+        assert tendon("init", "mine.toml", "--for", template).exit == 0
         text = file.read_text(encoding="utf-8")
         assert "#:schema ./tendon.schema.json" in text.splitlines()
         schema.validate(tomllib.loads(text))
@@ -58,7 +58,7 @@ def test_a_template_in_yaml_is_the_same_study(template):
 
 @pytest.mark.parametrize("template", [name for name in TEMPLATES if name != "sweep"])
 def test_a_template_has_an_answer(tendon, template):
-    tendon("init", "mine.toml", "--template", template)
+    tendon("init", "mine.toml", "--for", template)
     smaller = set_options(*SMALLER.get(template, []))
     ran = tendon("design", "mine.toml", "--no-figures", "--json", *smaller)
     # Nothing promises that some suit serves enough of the arms of the robust study, nor that a

@@ -35,7 +35,6 @@ friction = { mean = 0.07, std = 0.005 }
 length = { value = "2 m", tolerance = "5 %" }
 [uncertainty]
 draws = 8
-cross = true
 """
 STUDIES = {
     "persons": PERSONS,

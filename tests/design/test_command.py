@@ -64,7 +64,7 @@ def test_an_answer_stopped_while_it_refines_ends_before_the_next_windows(
 
     monkeypatch.setattr(candidates, "refine_choice", stop_and_refine)
     with pytest.raises(Stopped):
-        tendon_cli.design(tendon_cli.load_study(study(RANGES)), workplace / "out", stop=stop)
+        tendon_cli.design(tendon_cli.study(study(RANGES)), workplace / "out", stop=stop)
     assert stop.is_set()
     assert windows_after_stop == []
     assert not (workplace / "out/design.json").exists()

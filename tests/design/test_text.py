@@ -47,7 +47,7 @@ PAIRS = {
     **ONE_SUIT,
     **RUBBING,
     "people": {"count": 4},
-    "uncertainty": {"draws": 16, "cross": True},
+    "uncertainty": {"draws": 16},
     "limits": {"max_tension": "480 N"},
 }
 GOALS = {"minimise": ["max_tension"], "maximise": ["tolerance"]}

@@ -193,20 +193,9 @@ def test_mujoco_finds_the_keyframes_at_rest(variants, tmp_path):
     files = []
     for place, answer in enumerate(variants.values()):
         files.append(str(answer.export("mujoco", tmp_path / f"{place}.xml")))
-        answer.export("mujoco", tmp_path / f"rough{place}.xml", frictionloss=True)
     words = [python, "-m", "verification.holds_at_rest", *files]
     done = subprocess.run(words, check=False, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
-
-
-def test_friction_is_in_the_model_only_if_asked_for(answer, tmp_path):
-    plain = tree_of(answer.export("mujoco", tmp_path / "a.xml"))
-    assert {float(part.get("frictionloss")) for part in plain.iter("fixed")} == {0.0}
-    rough = tree_of(answer.export("mujoco", tmp_path / "b.xml", frictionloss=True))
-    best = answer.best
-    expected = best["set_flexor_tension"] * np.expm1(0.07 * np.pi)
-    (flexor,) = (part for part in rough.iter("fixed") if part.get("name") == "flexor tendon")
-    assert float(flexor.get("frictionloss")) == pytest.approx(expected)
 
 
 def test_no_remark_ends_the_comment():
@@ -360,7 +349,6 @@ def test_the_command_writes_each_form_and_never_over_another_file(tendon, workpl
         (("--to", "controller", "a.csv", "--choice", "7"), 2, "has no choice 7"),
         (("--to", "controller", "a.csv", "--table", "choices"), 2, "--table is for tables"),
         (("--to", "controller", "a.csv", "--units", "study"), 2, "--units is for tables"),
-        (("--to", "parameters", "a.csv", "--frictionloss"), 2, "is for --to mujoco"),
         (("a.csv", "--choice", "0"), 2, "--choice needs --to"),
     ],
 )

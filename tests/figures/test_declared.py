@@ -11,11 +11,11 @@ from tendon_cli.cube.columns import DERIVED
 from tendon_cli.cube.cube import cube_of
 from tendon_cli.errors import StudyError
 from tendon_cli.figures.draw import check_figures_of, draw_run, pages_of
-from tendon_cli.paper.runs import FOLDER, STUDIES, load
 from tendon_cli.studies.figures import OF_DESIGNS, OF_STATES
 from tendon_cli.studies.load import load_study, study_from
 from tendon_cli.studies.study import Study
 from tests.figures.runs import grid, lines, states, study_of, sweep, table
+from verification.paper.runs import FOLDER, STUDIES, load
 
 MOTION = {"elbow_angle": grid("0 deg", "90 deg", 7)}
 SMALL = {"load": {"mass": ["0 kg", "5 kg"]}, "motion": MOTION}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tendon_cli.paper.reproduce import evaluate, reproduce
+from verification.paper.reproduce import evaluate, reproduce
 
 
 @pytest.fixture(scope="session")

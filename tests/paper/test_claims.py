@@ -14,9 +14,9 @@ import pytest
 
 from tendon_cli.model import design, sheath
 from tendon_cli.model.kinematics import Anchors, Travels
-from tendon_cli.paper.reproduce import evaluate
-from tendon_cli.paper.statements import FALSE, IN_PART, TRUE, judge
 from tests.sampled import quick_and_torture
+from verification.paper.reproduce import evaluate
+from verification.paper.statements import FALSE, IN_PART, TRUE, judge
 
 NUMBERS = {
     "F4": (1.835, 25.726, -0.16813),

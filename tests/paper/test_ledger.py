@@ -1,4 +1,4 @@
-"""`tendon paper`: the ledger says of every finding and slip what the tables say."""
+"""The ledger of `make paper` says of every finding and slip what the tables say."""
 
 import json
 import re
@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from tendon_cli.model.actuator import State
-from tendon_cli.paper import slips
-from tendon_cli.paper.runs import FOLDER, READINGS, STUDIES
-from tendon_cli.paper.statements import Entry
+from verification.paper import __main__, slips
+from verification.paper.reproduce import Reproduction
+from verification.paper.runs import FOLDER, READINGS, STUDIES
+from verification.paper.statements import Entry
 
 CLAIMS = [f"C{number}" for number in range(1, 9)]
 FINDINGS = ["F4", "F6a", "F6b", "F7a", "F7b", "F7c", "F7d", "F8a", "F8b", "F9", "F10", "F11", "TA1"]
@@ -32,7 +33,7 @@ def page(reproduced):
 def test_every_verdict_is_the_one_on_record_in_the_text_and_the_data(reproduced):
     assert [entry.id for entry in reproduced.entries if not entry.as_recorded] == []
     assert all(entry.holds for entry in reproduced.entries if entry.kind != "claim")
-    assert reproduced.record()["holds"] is True
+    assert reproduced.holds
     ledger = json.loads((reproduced.out / "ledger.json").read_bytes())
     assert [entry["id"] for entry in ledger] == FINDINGS + CLAIMS + SLIPS
     for entry in ledger:
@@ -69,6 +70,21 @@ def test_a_verdict_that_is_not_the_one_on_record_is_marked_and_named(reproduced)
     assert "F4" not in reproduced.text()
     became_true = [replace(entry, verdict="true") for entry in reproduced.entries_of("claim")]
     assert not replace(reproduced, entries=became_true).holds
+
+
+def test_a_finding_that_fails_is_exit_4(reproduced, monkeypatch, capsys):
+    folders = []
+
+    def reproduced_in(out, **_):
+        folders.append(out)
+        return reproduced
+
+    monkeypatch.setattr(__main__, "reproduce", reproduced_in)
+    assert __main__.main([]) == 0
+    assert "13 of 13 findings of the paper hold." in capsys.readouterr().out
+    monkeypatch.setattr(Reproduction, "holds", False)
+    assert __main__.main(["elsewhere"]) == 4
+    assert folders == [Path("results/paper"), Path("elsewhere")]
 
 
 def test_progress_counts_every_step_once(reproduced, steps):

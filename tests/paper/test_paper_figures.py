@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tendon_cli.figures.draw import pages_of
-from tendon_cli.paper.reproduce import finisher
-from tendon_cli.paper.runs import STUDIES
 from tendon_cli.tables.read import open_table
 from tests.figures.runs import lines
+from verification.paper.reproduce import finisher
+from verification.paper.runs import STUDIES
 
 
 @pytest.fixture(scope="module")

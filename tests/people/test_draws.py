@@ -58,19 +58,11 @@ def test_without_uncertainty_numbers_stand_at_their_middle():
 
 
 @pytest.mark.parametrize(
-    ("persons", "cross", "axes"),
-    [
-        (6, None, ("person", "draw")),
-        (8, None, ("person",)),
-        (6, False, ("person",)),
-        (9, True, ("person", "draw")),
-    ],
+    ("persons", "axes"), [(6, ("person", "draw")), (8, ("person",)), (9, ("person",))]
 )
-def test_fewer_persons_than_draws_meet_every_draw_unless_stated(persons, cross, axes):
-    uncertainty = {"draws": 8}
-    if cross is not None:
-        uncertainty["cross"] = cross
-    study = study_from(STIFF | {"people": {"count": persons}, "uncertainty": uncertainty})
+def test_fewer_persons_than_draws_meet_every_draw(persons, axes):
+    drawing = {"uncertainty": {"draws": 8}}
+    study = study_from(STIFF | {"people": {"count": persons}} | drawing)
     assert study.axes == axes
     designs = Plan(study).designs
     stiffnesses = set(space_of(study).axes[-1].numbers["spring.stiffness"])
@@ -87,7 +79,7 @@ def test_a_sweep_over_draws_is_the_model_at_each_draw():
     content = {
         **STIFF,
         "arm": {"b1": {"value": "150 mm", "tolerance": "5 mm"}},
-        "uncertainty": {"draws": 4, "cross": True},
+        "uncertainty": {"draws": 4},
         "people": {"count": 3},
     }
     plan = Plan(study_from(content))
@@ -104,6 +96,28 @@ def test_a_sweep_over_draws_is_the_model_at_each_draw():
         np.testing.assert_allclose(
             together.balance.flexor[:, draw], state.balance.flexor, rtol=1e-12
         )
+
+
+def test_what_is_exact_is_not_drawn_and_stands_at_its_middle():
+    content = STIFF | ROUGH | {"uncertainty": {"draws": 4, "exact": ["spring", "arm.b1"]}}
+    study = study_from(content)
+    assert set(study.uncertain) == {"sheath.friction"}
+    (draws,) = space_of(study).axes
+    assert list(draws.numbers) == ["sheath.friction"]
+    assert space_of(study).number("spring.stiffness", "flexor").within(()) == 3000.0
+    assert study_from(study.document()).hash == study.hash
+    middles = study.vary(**{"spring.stiffness": 3000.0, "uncertainty.exact": []})
+    (same,) = space_of(middles).axes
+    np.testing.assert_array_equal(same.numbers["sheath.friction"], draws.numbers["sheath.friction"])
+
+
+def test_a_word_on_what_is_exact_draws_nothing_in_a_sweep_and_the_rest_in_an_answer():
+    study = study_from(STIFF | ROUGH | {"uncertainty": {"exact": "spring.stiffness"}})
+    assert study.axes == study_from(study.document()).axes == ()
+    assert study.drawn().draws == 256
+    assert set(study.drawn().uncertain) == {"sheath.friction"}
+    one_side = {"uncertainty": {"exact": "spring.flexor"}}
+    assert "spring.stiffness" in study_from(STIFF | one_side).uncertain
 
 
 def test_one_side_of_an_uncertain_number_may_have_its_own_value():

@@ -95,7 +95,7 @@ def test_completions_scatter_as_bodies_of_whom_the_same_is_known():
     people = read(
         "name,weight (kg),stature (cm)\nAda,55,160\nBea,80,172",
         sex="female",
-        completions=4096,
+        bodies=8192,
         seed=3,
     )
     assert people.persons == ("Ada", "Bea")
@@ -120,19 +120,29 @@ def test_completions_scatter_as_bodies_of_whom_the_same_is_known():
         assert np.all(bodies >= least)
 
 
+def test_as_many_bodies_as_persons_are_drawn_once_each():
+    people = read("weight (kg)\n55\n80", bodies=2, seed=3)
+    expected = read("weight (kg)\n55\n80")
+    assert people.is_drawn
+    assert (people.completions, people.names) == (1, ("person 1", "person 2"))
+    assert (people.values != expected.values).any()
+    assert len(read("weight (kg)\n55\n80\n70", bodies=4)) == 6
+
+
 def test_completions_are_the_same_for_a_seed_and_leave_measured_dimensions_alone():
     text = "name,weight (kg),weighting\nAda,40,3\nBea,120,1"
-    first = read(text, completions=8, seed=1)
-    same = read(text, completions=8, seed=1)
-    other = read(text, completions=8, seed=2)
+    first = read(text, bodies=16, seed=1)
+    same = read(text, bodies=16, seed=1)
+    other = read(text, bodies=16, seed=2)
     np.testing.assert_array_equal(first.values, same.values)
     assert np.any(first.values != other.values)
     np.testing.assert_allclose(first.weighting, np.repeat([3 / 8, 1 / 8], 8))
-    with_third = read(text + "\nCy,80,1", completions=8)
+    with_third = read(text + "\nCy,80,1", bodies=24)
     np.testing.assert_array_equal(with_third.values[:16], first.values)
     whole = draw(SURVEY, "male", 5, seed=2)
-    completed = read(written(whole), completions=3)
-    np.testing.assert_allclose(completed.values, np.repeat(whole.values, 3, axis=0))
+    measured = read(written(whole), bodies=15)
+    np.testing.assert_allclose(measured.values, whole.values)
+    assert not measured.is_drawn
     for sex in SEXES:
         assert np.all(draw(SURVEY, sex, 20_000, seed=1).values >= SURVEY.of(sex).least)
 

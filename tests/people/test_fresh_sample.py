@@ -19,6 +19,7 @@ from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solutions import solve
 from tendon_cli.windows.solver import Solver
 from tendon_cli.windows.verification import Verifier
+from tests.people.in_full import in_full
 
 MOTION = {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}
 LOADS = {"load": {"mass": [0.0, 10.0]}, "motion": MOTION}
@@ -115,23 +116,23 @@ def test_each_fresh_person_has_a_draw_of_its_own():
 
 def test_persons_of_a_file_are_the_same_with_draws_of_their_own(tmp_path):
     (tmp_path / "people.csv").write_text(THREE, encoding="utf-8")
-    drawn = {"people": {"file": "people.csv", "completions": 16}, "design": {"verify": 100}}
+    drawn = {"people": {"file": "people.csv", "seed": 3}, "design": {"verify": 100}}
     study = study_of(drawn, SUIT, folder=tmp_path)
     sample = fresh_sample(study)
-    assert (len(sample), sample.persons) == (99, 3)
-    np.testing.assert_array_equal(sample.strata, np.repeat([0, 1, 2], 33))
-    np.testing.assert_allclose(sample.weighting * 33 * 6, np.repeat([1, 3, 2], 33) * 6)
+    assert (len(sample), sample.persons) == (102, 3)
+    np.testing.assert_array_equal(sample.strata, np.repeat([0, 1, 2], 34))
+    np.testing.assert_allclose(sample.weighting * 34 * 6, np.repeat([1, 3, 2], 34) * 6)
     fresh = study.people.fresh(100).values
     own = study.people.population.values
     weight = fresh[:, DIMENSIONS.index("weight")]
-    np.testing.assert_allclose(weight, np.repeat([55.0, 95.0, 75.0], 33))
+    np.testing.assert_allclose(weight, np.repeat([55.0, 95.0, 75.0], 34))
     is_missing = np.ptp(own[:16], axis=0) > 0.0
     assert is_missing.sum() == 6
     assert not np.isin(fresh[:, is_missing], own[:, is_missing]).any()
 
 
 def test_without_draws_a_file_has_no_fresh_sample_and_the_answer_says_so(tmp_path):
-    (tmp_path / "people.csv").write_text(THREE, encoding="utf-8")
+    (tmp_path / "people.csv").write_text(in_full(THREE), encoding="utf-8")
     study = study_of(FILE, LOADS, SUIT, folder=tmp_path)
     assert fresh_sample(study) is None
     answer = tendon.design(study)
@@ -146,7 +147,7 @@ def test_without_draws_a_file_has_no_fresh_sample_and_the_answer_says_so(tmp_pat
 @pytest.mark.parametrize("more", [{}, ROUGH], ids=["persons", "persons with draws"])
 def test_the_judgement_is_that_of_a_large_independent_population(serve, more):
     choice, verdict = judged(study_of(people(50, serve=serve), more, LOADS, SUIT))
-    once = {"uncertainty": {"draws": 64, "cross": False}} if more else {}
+    once = {"uncertainty": {"draws": 64}} if more else {}
     low, high = group_windows(study_of(people(40_000, seed=99), more, once, LOADS, SUIT))
     pretension = choice.pretension[0]
     truth = np.mean((low[0] <= pretension) & (pretension <= high[0]))

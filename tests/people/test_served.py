@@ -14,6 +14,7 @@ from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solutions import solve
 from tendon_cli.windows.solver import Solver
 from tests.model import designs
+from tests.people.in_full import in_full
 
 MASSES = (0.0, 3.0, 5.0, 10.0)
 LOADS = {"load": {"mass": list(MASSES)}}
@@ -56,7 +57,7 @@ def test_the_served_share_is_that_of_windows_counted_one_by_one(tmp_path):
     rows += [
         f"p{person},{55 + 2 * person},{155 + 1.5 * person},{person % 4}" for person in range(20)
     ]
-    (tmp_path / "people.csv").write_text("\n".join(rows), encoding="utf-8")
+    (tmp_path / "people.csv").write_text(in_full("\n".join(rows)), encoding="utf-8")
     ratios = (0.6, 0.65)
     question, solutions = solved(
         FILE, {"design": {"serve": 0.9}}, LOADS, suit(5e3, list(ratios)), folder=tmp_path
@@ -91,7 +92,7 @@ def test_the_served_share_is_that_of_windows_counted_one_by_one(tmp_path):
 
 def test_a_person_without_equilibrium_is_not_served_and_not_dropped(tmp_path):
     text = "name,biceps circumference (cm),acromion radiale length (cm)\nAda,30,32\nOdd,75,13\n"
-    (tmp_path / "people.csv").write_text(text, encoding="utf-8")
+    (tmp_path / "people.csv").write_text(in_full(text), encoding="utf-8")
     # Far in front of a short arm, the flexor passes the joint's centre before 90 degrees.
     far_in_front = {"arm": {"a1": 0.08, "anchors": "mean man"}}
     question, solutions = solved(FILE, far_in_front, suit(5e3, 0.6), folder=tmp_path)
@@ -126,7 +127,7 @@ def share_of_pairs(question, conditions, weighting):
 
 def test_few_persons_meet_every_draw_and_a_share_is_of_the_pairs(tmp_path):
     (tmp_path / "people.csv").write_text(
-        "name,weight (kg),weighting\nAda,58,3\nBo,84,1\nCy,110,0\n"
+        in_full("name,weight (kg),weighting\nAda,58,3\nBo,84,1\nCy,110,0\n")
     )
     question, solutions = solved(ROUGH, FILE, suit(5e3, 0.6), folder=tmp_path)
     assert question.groups.noun == "pairs"
@@ -137,7 +138,7 @@ def test_few_persons_meet_every_draw_and_a_share_is_of_the_pairs(tmp_path):
 
 
 def test_one_person_with_draws_is_as_their_arm_typed_in_with_draws(tmp_path):
-    (tmp_path / "people.csv").write_text("name,weight (kg)\nAda,62\n")
+    (tmp_path / "people.csv").write_text(in_full("name,weight (kg)\nAda,62\n"))
     study = study_from(FILE, folder=tmp_path)
     arm = {}
     for key, values in person_study(study, "Ada").study.numbers.items():
@@ -159,7 +160,8 @@ def test_only_ratios_of_weightings_count(tmp_path):
             f"p{person},{58 + 9 * person},{scale * weight!r}"
             for person, weight in enumerate((1.0, 0.5, 0.25, 0.75))
         ]
-        (tmp_path / "people.csv").write_text("\n".join(["name,weight (kg),weighting", *rows]))
+        text = "\n".join(["name,weight (kg),weighting", *rows])
+        (tmp_path / "people.csv").write_text(in_full(text))
         _, solutions = solved(LOADS, limited, FILE, suit(5e3, 0.6), folder=tmp_path)
         shares.append(float(solutions.served[0]))
     assert 0.0 < shares[0] < 1.0
@@ -168,16 +170,14 @@ def test_only_ratios_of_weightings_count(tmp_path):
 
 def test_bodies_drawn_of_a_person_are_pairs_of_the_person_and_a_draw(tmp_path):
     (tmp_path / "people.csv").write_text("name,sex,weight (kg),weighting\nAda,f,62,1\nBo,m,84,3\n")
-    people = {"people": {"file": "people.csv", "completions": 32, "seed": 5}}
+    people = {"people": {"file": "people.csv", "seed": 5}}
     question, solutions = solved(
         LOADS, people, {"design": {"by": "sex"}}, suit(5e3, 0.6), folder=tmp_path
     )
     assert question.groups.noun == "pairs"
-    assert question.groups.counts == {"person": 2, "draw": 32}
+    assert question.groups.counts == {"person": 2, "draw": 128}
     share = share_of_pairs(question, 4, [0.25, 0.75])
     assert solutions.served[0] == pytest.approx(share, abs=1e-12)
     assert study_from(question.study.document()).hash == question.study.hash
     with pytest.raises(StudyError, match=r"design\.by: gives shares of people"):
         study_from({"design": {"by": "sex"}})
-    with pytest.raises(StudyError, match=r"people\.completions: .*names no file"):
-        study_from({"people": {"completions": 8}})

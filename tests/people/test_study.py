@@ -6,14 +6,16 @@ import re
 from importlib import resources
 
 import numpy as np
+import pandas as pd
 import pytest
 
+import tendon_cli as tendon
 from tendon_cli.engine.plan import Plan
 from tendon_cli.errors import StudyError
 from tendon_cli.model import actuator
 from tendon_cli.model.body import Body
+from tendon_cli.studies.file_content import FileContent
 from tendon_cli.studies.load import study_from
-from tendon_cli.studies.people.people_section import packed, unpacked
 from tendon_cli.studies.people.person import person_study
 from tendon_cli.studies.people.population import draw
 from tendon_cli.studies.people.survey import ansur2
@@ -101,12 +103,12 @@ def test_a_study_of_real_persons_carries_them_along(tmp_path):
     again = study_from(json.loads(json.dumps(study.record))["study"])
     assert again.hash == study.hash
     people = again.people.population
-    assert people.names == ("Ada", "Bo")
+    assert people.persons == again.people.nominal.names == ("Ada", "Bo")
     np.testing.assert_array_equal(people.values, study.people.population.values)
-    assert people.weighting.tolist() == [1.0, 3.0]
+    assert again.people.nominal.weighting.tolist() == [1.0, 3.0]
     source = study.sources["people.file"]
     assert source["persons"] == 2
-    assert any("expected value for men and women" in warning for warning in source["warnings"])
+    assert any("drawn from men and women mixed" in warning for warning in source["warnings"])
 
 
 def test_statistics_of_ones_own_complete_the_persons_of_a_file(tmp_path):
@@ -119,7 +121,7 @@ def test_statistics_of_ones_own_complete_the_persons_of_a_file(tmp_path):
     drawn = study_from({"people": {"statistics": "own.toml", "count": 30}}, folder=tmp_path)
     (tmp_path / "own.toml").unlink()
     (tmp_path / "people.csv").unlink()
-    measured = study.people.population.values
+    measured = study.people.nominal.values
     np.testing.assert_allclose(measured[:, :2], [[1.68, 62.5], [1.815, 90.0]])
     np.testing.assert_allclose(measured[:, 2:], 0.33, atol=0.015)
     bodies = drawn.people.population.values
@@ -159,7 +161,8 @@ def test_the_hash_of_a_study_changes_with_its_persons(tmp_path):
             {"statistics": "people.csv", "source": "ansur2"},
             "people.source: cannot be given with statistics",
         ),
-        ({"content": "nonsense!"}, "people.content: not the packed content"),
+        ({"file": "data:;base85,nonsense!"}, "people.file: not the packed content"),
+        ({"file": {"name": ["Ada"], "weight (kg)": []}}, "people.file: a table is not possible"),
         ("everyone", "people.*is not a table"),
     ],
 )
@@ -179,9 +182,22 @@ def test_a_case_cannot_give_a_number_that_comes_from_the_body():
 
 
 def test_packed_content_comes_back_and_bombs_are_refused():
-    assert unpacked(packed(FILE.encode())) == FILE.encode()
+    assert FileContent.of(FILE.encode()).content == FILE.encode()
     with pytest.raises(ValueError, match="cut short"):
-        unpacked(packed(FILE.encode() * 100)[:-10])
+        FileContent(FileContent.of(FILE.encode() * 100).packed[:-10]).content  # noqa: B018
+
+
+def test_a_data_frame_stands_where_a_file_does(tmp_path):
+    (tmp_path / "people.csv").write_text(FILE, encoding="utf-8")
+    of_file = study_from({"people": {"file": "people.csv"}}, folder=tmp_path).people.population
+    frame = pd.read_csv(tmp_path / "people.csv")
+    study = tendon.study({"people": {"file": frame}})
+    assert study.people.population.names == of_file.names
+    np.testing.assert_allclose(study.people.population.values, of_file.values, rtol=1e-15)
+    assert study_from(study.document()).hash == study.hash
+    frame.loc[0, frame.columns[1]] = 1e6
+    with pytest.raises(tendon.TendonError, match="far from any person"):
+        tendon.study({"people": {"file": frame}})
 
 
 # --- Statistics of one's own ----------------------------------------------------------------------

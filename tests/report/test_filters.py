@@ -120,7 +120,7 @@ def shown(run, filters):
 
 def kept(run, selected):
     """Return True for each row of the designs that is among some rows, known by their axes."""
-    names = [axis.column for axis in cube_of(tendon.open_run(run).kept("designs")).axes]
+    names = [axis.column for axis in cube_of(tendon.open(run).kept("designs")).axes]
     designs = rows_in(run).head(10**6)[0].select(names).to_pylist()
     found = {tuple(row[name] for name in names) for row in selected}
     return [tuple(row.values()) in found for row in designs]
@@ -153,17 +153,17 @@ def drawn(cube, filters):
 
 @pytest.mark.parametrize("text", TRUTHS)
 def test_a_filter_leaves_the_rows_that_it_means(compared, tmp_path, text):
-    designs = tendon.open_run(compared).designs
+    designs = tendon.open(compared).designs
     expected = np.asarray(TRUTHS[text](designs))
     np.testing.assert_array_equal(shown(compared, [text]), expected)
     assert exported(compared, [text], tmp_path) == expected.sum()
-    cube = cube_of(tendon.open_run(compared).kept("designs"))
+    cube = cube_of(tendon.open(compared).kept("designs"))
     np.testing.assert_array_equal(drawn(cube, [text]), expected)
 
 
 @pytest.mark.parametrize("text", REFUSED)
 def test_a_text_that_is_no_filter_is_refused_everywhere(compared, tmp_path, text):
-    cube = cube_of(tendon.open_run(compared).kept("designs"))
+    cube = cube_of(tendon.open(compared).kept("designs"))
     with pytest.raises(UsageError):
         shown(compared, [text])
     with pytest.raises(UsageError):
@@ -176,7 +176,7 @@ PASSED = "Array.from({ length: page.table.rows }, (_, row) => rowsOfTable().incl
 
 
 def test_a_page_takes_the_same_filters_and_leaves_the_same_rows(opened, compared):
-    designs = tendon.open_run(compared).designs
+    designs = tendon.open(compared).designs
     with opened(write_report(compared)) as page:
         for text, truth in TRUTHS.items():
             page.locator("#filter").fill(text)
@@ -190,7 +190,7 @@ def test_a_page_takes_the_same_filters_and_leaves_the_same_rows(opened, compared
 
 
 def test_a_page_of_many_rows_counts_them_exactly(opened, many):
-    designs = tendon.open_run(many).designs
+    designs = tendon.open(many).designs
     bounds = designs[["margin", "max_tension"]].quantile(np.linspace(0.05, 0.95, 8))
     filters = [f"{name} >= {value:.8g} N" for name in bounds for value in bounds[name]]
     with opened(write_report(many)) as page:

@@ -52,13 +52,13 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def run(folder):
-    return tendon.sweep(tendon.load_study(folder / "study.toml"), folder / "run")
+    return tendon.sweep(tendon.study(folder / "study.toml"), folder / "run")
 
 
 @pytest.fixture(scope="module")
 def answer(folder):
     goals = {"design.minimise": ["price", "max_tension"]}
-    study = tendon.load_study(folder / "study.toml").vary(**goals)
+    study = tendon.study(folder / "study.toml").vary(**goals)
     return tendon.design(study, folder / "answer")
 
 
@@ -162,12 +162,12 @@ def test_a_fix_names_the_nearest_row_of_the_catalogue(folder):
 
 @pytest.mark.parametrize("table", ["spring", "motor"])
 def test_an_exported_table_is_the_table(folder, table):
-    study = tendon.load_study(folder / "study.toml")
+    study = tendon.study(folder / "study.toml")
     file = folder / f"{table}-again.csv"
     export(rows_in(folder / "study.toml", table), file, overwrite=True)
     text = STUDY.replace(f"{table}s.csv", file.name)
     (folder / "again.toml").write_text(text)
-    assert tendon.load_study(folder / "again.toml").hash == study.hash
+    assert tendon.study(folder / "again.toml").hash == study.hash
 
 
 def test_the_rows_of_a_run_can_be_written_too(folder, run):
@@ -178,7 +178,7 @@ def test_the_rows_of_a_run_can_be_written_too(folder, run):
 
 def test_a_data_frame_is_a_table(folder):
     frame = pd.read_csv(folder / "springs.csv")
-    study = tendon.load_study(folder / "study.toml")
+    study = tendon.study(folder / "study.toml")
     of_frame = tendon.study({"table": [{"name": "spring", "rows": frame}]})
     of_index = tendon.study({"table": [{"name": "spring", "rows": frame.set_index("name")}]})
     expected = study.row_tables[0]
@@ -196,7 +196,7 @@ def test_an_empty_cell_of_a_frame_leaves_the_value_of_the_study():
 
 
 def test_the_record_reads_back_as_the_same_study(folder, run):
-    again = tendon.open_run(folder / "run").study
+    again = tendon.open(folder / "run").study
     assert again.hash == run.study.hash
     assert [column.name for column in again.row_tables[1].carried] == ["price", "mass"]
     assert json.loads((folder / "run" / "run.json").read_text())["axes"] == list(again.axes)

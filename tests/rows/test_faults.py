@@ -91,9 +91,9 @@ def test_the_command_line_is_a_place_too(folder):
     (folder / "springs.csv").write_text("name,spool.ratio\nA,0.6\n")
     (folder / "study.toml").write_text('[[table]]\nname = "part"\nfile = "springs.csv"\n')
     with pytest.raises(StudyError, match=r"--set spool\.ratio does, too"):
-        tendon.load_study("study.toml", ["spool.ratio=0.7"])
+        tendon.study("study.toml", ["spool.ratio=0.7"])
     with pytest.raises(StudyError, match=r"spool\.ratio"):
-        tendon.load_study("study.toml").vary(**{"spool.ratio": 0.7})
+        tendon.study("study.toml").vary(**{"spool.ratio": 0.7})
 
 
 @pytest.mark.parametrize(

@@ -140,11 +140,10 @@ def test_commands_take_a_row_by_its_table(springs, tendon):
     assert tendon("state", "study.toml", "--row", "spring=A", "--row", "spring=B").exit == 2
 
 
-def test_a_shell_completes_rows_and_tables(springs, tendon):
-    rows = tendon("completion", "fish", "--line", "tendon state study.toml --row ").out
-    assert rows.split() == ["spring=A", "spring=B", "spring=C"]
-    tables = tendon("completion", "fish", "--line", "tendon export study.toml x.csv --table ").out
-    assert tables.split() == ["spring"]
+def test_a_shell_completes_rows_and_tables(springs, completed):
+    rows = completed("tendon state study.toml --row ")
+    assert rows == ["spring=A", "spring=B", "spring=C"]
+    assert completed("tendon export study.toml x.csv --table ") == ["spring"]
 
 
 def test_faults_of_the_rows_are_faults_of_input(springs, tendon):

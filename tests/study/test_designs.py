@@ -90,13 +90,13 @@ def test_the_command_line_sets_whole_numbers_and_truths(tmp_path):
     settings = (
         "uncertainty.draws=64",
         "uncertainty.seed=7",
-        "uncertainty.cross=true",
+        "design.advice=false",
         "design.serve=90 %",
     )
     study = load_study(path, settings)
     assert study.uncertainty.draws == 64
     assert study.uncertainty.seed == 7
-    assert study.uncertainty.cross is True
+    assert study.design.advice is False
     assert study.serve == 0.9
     assert study_from({}).serve == 1.0
 

@@ -61,8 +61,8 @@ def test_layers_are_one_study_with_the_uppermost_value_of_each_key(
         study=f'extends = "middle.toml"\n{toml_of(top)}',
         whole=f'name = "study"\n{toml_of(base | middle | top)}',
     )
-    extended = tendon.load_study(folder / "study.toml")
-    whole = tendon.load_study(folder / "whole.toml")
+    extended = tendon.study(folder / "study.toml")
+    whole = tendon.study(folder / "whole.toml")
     assert extended.document() == whole.document()
     assert sorted(extended.axes) == sorted(whole.axes)
 
@@ -75,7 +75,7 @@ def test_axes_keep_the_order_of_the_base_and_new_ones_vary_faster(tmp_path):
         'spring.stiffness = ["3 kN/m", "5 kN/m"]\nload.mass = ["1 kg", "2 kg"]\n'
         "spool.ratio = 0.8\n",
     )
-    study = tendon.load_study(tmp_path / "v2.toml")
+    study = tendon.study(tmp_path / "v2.toml")
     assert study.axes == ("load.mass", "sheath.friction", "spring.stiffness")
 
 
@@ -85,7 +85,7 @@ def test_a_study_of_three_lines_is_named_after_its_own_file(tmp_path):
         base='name = "first"\ntitle = "Suit"\nload.mass = ["0 kg", "3 kg"]\n',
         v2='extends = "base.toml"\n[spring]\nstiffness = "8 kN/m"\n',
     )
-    study = tendon.load_study(tmp_path / "v2.toml")
+    study = tendon.study(tmp_path / "v2.toml")
     assert study.name == "v2"
     assert study.title == "Suit"
     assert study.spring.stiffness.array == [8000.0]
@@ -100,7 +100,7 @@ def test_lists_of_tables_and_distributions_are_replaced_whole(tmp_path):
         v2='extends = "base.toml"\n[[cases]]\nname = "c"\narm.b2 = "110 mm"\n'
         '[spring]\nstiffness = { mean = "3 kN/m", std = "0.1 kN/m" }\n',
     )
-    study = tendon.load_study(tmp_path / "v2.toml")
+    study = tendon.study(tmp_path / "v2.toml")
     assert [case.name for case in study.cases] == ["c"]
     assert study.cases[0].arm.b1 is None
     assert study.uncertain.keys() == {"spring.stiffness"}
@@ -112,14 +112,14 @@ def test_paths_are_relative_to_the_file_that_names_them(tmp_path, monkeypatch):
     write(tmp_path / "own", v3='extends = "../mine/v2.toml"\n[sheath]\npath = "bent.csv"\n')
     (tmp_path / "lib" / "route.csv").write_text(ROUTE)
     (tmp_path / "own" / "bent.csv").write_text(ROUTE.replace("0.3\n", "0.2\n"))
-    lib = tendon.load_study(tmp_path / "lib" / "base.toml")
-    mine = tendon.load_study(tmp_path / "mine" / "v2.toml")
-    own = tendon.load_study(tmp_path / "own" / "v3.toml")
+    lib = tendon.study(tmp_path / "lib" / "base.toml")
+    mine = tendon.study(tmp_path / "mine" / "v2.toml")
+    own = tendon.study(tmp_path / "own" / "v3.toml")
     assert mine.sheath.bend_angle.single == lib.sheath.bend_angle.single
     assert own.sources["sheath.path"]["file"] == "bent.csv"
     # A path of the command line is relative to the study, as it is without a base.
     (tmp_path / "mine" / "other.csv").write_text(ROUTE)
-    there = tendon.load_study(tmp_path / "mine" / "v2.toml", ["sheath.path=other.csv"])
+    there = tendon.study(tmp_path / "mine" / "v2.toml", ["sheath.path=other.csv"])
     assert there.sources["sheath.path"]["file"] == "other.csv"
     monkeypatch.chdir(tmp_path / "lib")
     from_python = tendon.study({"extends": "base.toml", "load": {"mass": "3 kg"}})
@@ -134,9 +134,9 @@ def test_a_setting_comes_last_and_may_name_another_base(tmp_path):
         v2='extends = "base.toml"\n',
     )
     path = tmp_path / "v2.toml"
-    assert tendon.load_study(path, ["load.mass=2 kg"]).load.mass.single == 2.0
-    assert tendon.load_study(path, ["extends=other.toml"]).load.mass.single == 4.0
-    both = tendon.load_study(path, ["load.mass=2 kg", "extends=other.toml"])
+    assert tendon.study(path, ["load.mass=2 kg"]).load.mass.single == 2.0
+    assert tendon.study(path, ["extends=other.toml"]).load.mass.single == 4.0
+    both = tendon.study(path, ["load.mass=2 kg", "extends=other.toml"])
     assert (both.load.mass.single, both.spool.ratio.single) == (2.0, 0.8)
     with pytest.raises(UsageError, match="cannot extend"):
         both.vary(extends="base.toml")
@@ -158,7 +158,7 @@ def test_yaml_and_toml_extend_each_other(tmp_path):
     write(tmp_path, base='[load]\nmass = "1 kg"\n')
     (tmp_path / "v2.yaml").write_text("extends: base.toml\nspool: {ratio: 0.8}\n")
     write(tmp_path, v3='extends = "v2.yaml"\n')
-    study = tendon.load_study(tmp_path / "v3.toml")
+    study = tendon.study(tmp_path / "v3.toml")
     assert (study.load.mass.single, study.spool.ratio.single) == (1.0, 0.8)
 
 

@@ -260,7 +260,7 @@ def test_persons_that_are_accepted_are_noted_with_their_line(tmp_path):
         "people.csv, line 3, stature = 2.6 is 2.6 m" in warning for warning in study.warnings
     )
     again = recorded_study(study.record)
-    assert again.people.population.values[1, 0] == 2.6
+    assert again.people.nominal.values[1, 0] == 2.6
 
 
 # --- The way in and out ---------------------------------------------------------------------------

@@ -115,7 +115,7 @@ def test_it_takes_every_unit_of_a_key_and_no_other():
                 "maximise": [],
             }
         },
-        {"uncertainty": {"draws": 128, "seed": 0, "cross": True}},
+        {"uncertainty": {"draws": 128, "seed": 0, "exact": ["arm"]}},
     ],
 )
 def test_it_takes_what_a_study_file_may_say(content):

@@ -29,7 +29,7 @@ def load(tmp_path):
         for name, text in files.items():
             (tmp_path / f"{name}.csv").write_text(text, encoding="utf-8")
         (tmp_path / "study.yaml").write_text(json.dumps(content), encoding="utf-8")
-        return tendon.load_study(tmp_path / "study.yaml")
+        return tendon.study(tmp_path / "study.yaml")
 
     return load_study
 

@@ -37,7 +37,7 @@ def file(tmp_path):
 
 
 def test_smoothing_leaves_slow_motion_in_place_and_time(file):
-    trajectory = tendon.load_study(file(rows(TIME, SWING))).trajectory
+    trajectory = tendon.study(file(rows(TIME, SWING))).trajectory
     inner = slice(50, -50)
     turn = np.pi * trajectory.time
     angle = np.radians(50.0 - 30.0 * np.cos(turn))
@@ -54,14 +54,14 @@ def test_a_lower_cutoff_takes_more_noise(file):
     text = rows(TIME, noisy)
 
     def peak_acceleration(cutoff):
-        trajectory = tendon.load_study(file(text, cutoff=cutoff)).trajectory
+        trajectory = tendon.study(file(text, cutoff=cutoff)).trajectory
         return np.abs(trajectory.acceleration[20:-20]).max()
 
     assert peak_acceleration("3 Hz") < peak_acceleration("6 Hz") < peak_acceleration("12 Hz")
 
 
 def test_samples_at_the_ends_are_flagged_for_two_periods_of_the_cutoff(file):
-    trajectory = tendon.load_study(file(rows(TIME, SWING), cutoff="5 Hz")).trajectory
+    trajectory = tendon.study(file(rows(TIME, SWING), cutoff="5 Hz")).trajectory
     counted = trajectory.time[~trajectory.is_at_end]
     assert counted[0] == pytest.approx(0.4)
     assert counted[-1] == pytest.approx(TIME[-1] - 0.4)
@@ -70,10 +70,10 @@ def test_samples_at_the_ends_are_flagged_for_two_periods_of_the_cutoff(file):
 
 def test_a_record_shorter_than_six_periods_of_the_cutoff_is_refused(file):
     enough = TIME <= 2.0
-    assert tendon.load_study(file(rows(TIME[enough], SWING[enough]), cutoff="3 Hz"))
+    assert tendon.study(file(rows(TIME[enough], SWING[enough]), cutoff="3 Hz"))
     path = file(rows(TIME[enough], SWING[enough]), cutoff="2.9 Hz")
     with pytest.raises(TendonError, match=r"lasts 2 s, expected at least 2\.069 s") as caught:
-        tendon.load_study(path)
+        tendon.study(path)
     assert caught.value.exit == 3
     assert "raise motion.cutoff to 3 Hz at least" in str(caught.value.hint)
 
@@ -103,14 +103,14 @@ def test_uneven_samples_in_other_units_are_the_same_motion(file):
     lines = [f"{time:.3f};{angle:.9f}" for time, angle in zip(times, angles, strict=True)]
     table = "\n".join(lines).replace(".", ",")
     text = "# a goniometer\ntime (ms);angle (rad)\n" + table
-    even = tendon.load_study(file(rows(TIME, SWING))).trajectory
-    uneven = tendon.load_study(file(text)).trajectory
+    even = tendon.study(file(rows(TIME, SWING))).trajectory
+    uneven = tendon.study(file(text)).trajectory
     angle = np.interp(uneven.time, even.time, even.angle)
     assert angle == pytest.approx(uneven.angle, abs=np.radians(0.15))
 
 
 def test_the_study_reads_back_from_its_record_and_has_what_was_made_of_the_file(file):
-    study = tendon.load_study(file(rows(TIME, SWING), inertia="0.08 kg m2"))
+    study = tendon.study(file(rows(TIME, SWING), inertia="0.08 kg m2"))
     again = tendon.study(study.document())
     assert again.hash == study.hash
     np.testing.assert_array_equal(again.angles, study.angles)
@@ -144,7 +144,7 @@ def test_a_sweep_along_it_has_a_row_per_sample_and_the_motor_over_time(file):
 
 def test_a_design_keeps_its_limits_at_every_sample(file):
     limits = {"limits.peak_motor_power": "30 W", "limits.peak_motor_speed": "600 deg/s"}
-    study = tendon.load_study(file(rows(TIME, SWING), inertia="0.08 kg m2")).vary(**limits)
+    study = tendon.study(file(rows(TIME, SWING), inertia="0.08 kg m2")).vary(**limits)
     answer = tendon.design(study)
     assert answer.feasible
     assert 0.0 < answer.record["between_samples"]["estimate"] < 0.1
@@ -181,7 +181,7 @@ SWING_WITHOUT_START = np.where(TIME == 0.0, np.nan, SWING)
 def test_a_faulty_file_is_refused_with_its_line(file, text, line, words):
     path = file(text)
     with pytest.raises(TendonError) as caught:
-        tendon.load_study(path)
+        tendon.study(path)
     assert caught.value.exit == 3
     assert words in str(caught.value)
     assert line in caught.value.where
@@ -220,7 +220,7 @@ def test_a_trajectory_that_does_not_fit_its_study_is_refused(tmp_path, content, 
     path = tmp_path / "study.yaml"
     path.write_text(json.dumps(content), encoding="utf-8")
     with pytest.raises(TendonError) as caught:
-        tendon.load_study(path)
+        tendon.study(path)
     faults = getattr(caught.value, "faults", ())
     assert words in "\n".join([str(caught.value), *map(str, faults)])
     assert caught.value.exit in (2, 3)
@@ -228,5 +228,5 @@ def test_a_trajectory_that_does_not_fit_its_study_is_refused(tmp_path, content, 
 
 def test_a_gap_is_bridged_with_a_warning(file):
     is_sampled = (TIME < 1.0) | (TIME > 1.5)
-    study = tendon.load_study(file(rows(TIME[is_sampled], SWING[is_sampled])))
+    study = tendon.study(file(rows(TIME[is_sampled], SWING[is_sampled])))
     assert any("no samples from 0.99 to 1.51 s" in warning for warning in study.warnings)

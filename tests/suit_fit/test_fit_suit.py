@@ -111,7 +111,7 @@ def test_units_and_the_order_of_logs_do_not_matter(fit, logs):
 
 def test_a_number_that_is_exact_is_not_fitted_and_narrows_the_others(fit, logs):
     exact = ["arm.a1", "arm.b1", "arm.a2", "arm.b2", "joint sensor zero"]
-    sure = tendon.fit_suit(STUDY | {"fit": {"exact": exact}}, logs)
+    sure = tendon.fit_suit(STUDY | {"uncertainty": {"exact": exact}}, logs)
     assert not set(exact) & {*sure.numbers, *sure.sensors}
     assert sure.numbers["tendon.pretension"].std < fit.numbers["tendon.pretension"].std
 

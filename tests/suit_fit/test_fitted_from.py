@@ -29,7 +29,7 @@ def study(fit, tmp_path):
     """Study that names the file of the fit."""
     (tmp_path / "fit.toml").write_text(suit_fragment(fit))
     (tmp_path / "design.toml").write_text(DESIGN)
-    return tendon_library.load_study(tmp_path / "design.toml")
+    return tendon_library.study(tmp_path / "design.toml")
 
 
 def covariance_of(draws, keys):
@@ -74,7 +74,7 @@ def test_an_axis_of_the_study_stays(fit, tmp_path):
     (tmp_path / "fit.toml").write_text(suit_fragment(fit))
     text = DESIGN + '[spring]\nstiffness = ["4 kN/m", "6 kN/m"]\n'
     (tmp_path / "design.toml").write_text(text)
-    study = tendon_library.load_study(tmp_path / "design.toml")
+    study = tendon_library.study(tmp_path / "design.toml")
     assert study.axes == ("spring.stiffness",)
     assert any("spring.stiffness" in warning for warning in study.warnings)
 
@@ -91,7 +91,7 @@ def test_another_file_is_refused(tmp_path):
     (tmp_path / "fit.toml").write_text("[friction]\ncoefficient = 0.1\n")
     (tmp_path / "design.toml").write_text(DESIGN)
     with pytest.raises(tendon_library.InputError, match="not the numbers of a fitted suit"):
-        tendon_library.load_study(tmp_path / "design.toml")
+        tendon_library.study(tmp_path / "design.toml")
 
 
 def test_the_command_writes_and_design_reads(tendon, logs, workplace):
@@ -131,13 +131,13 @@ def test_anchors_fitted_beside_a_file_of_persons_need_a_word_that_says_whose_the
     persons = DESIGN + '[people]\nfile = "me.csv"\n'
     file.write_text(persons)
     with pytest.raises(StudyError, match=r"arm\.anchors: is needed because fitted_from states arm"):
-        tendon_library.load_study(file)
+        tendon_library.study(file)
 
     fitted = fit.numbers["arm.b1"].value
     stated = {}
     for whose in ("measured", "mean man"):
         file.write_text(f'{persons}[arm]\nanchors = "{whose}"\n')
-        space = space_of(tendon_library.load_study(file))
+        space = space_of(tendon_library.study(file))
         stated[whose] = np.mean(space.number("arm.b1").within(space.whole))
     assert stated["measured"] == pytest.approx(fitted, rel=0.02)  # as the mean of draws
     assert stated["mean man"] < 0.95 * fitted
@@ -152,6 +152,6 @@ def test_measured_anchors_need_a_fit_that_has_some(tmp_path):
     file = tmp_path / "design.toml"
     file.write_text(DESIGN + '[people]\nfile = "me.csv"\n[arm]\nanchors = "measured"\n')
     with pytest.raises(StudyError, match=r"this study states none"):
-        tendon_library.load_study(file)
+        tendon_library.study(file)
     file.write_text(DESIGN + '[people]\nfile = "me.csv"\n')
-    tendon_library.load_study(file)
+    tendon_library.study(file)

@@ -7,9 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tendon_cli.studies.fit_section import BACKLASH
 from tendon_cli.suit_fit.fitted_numbers import _pairs
 from tendon_cli.suit_fit.misfit import kernels_of
-from tendon_cli.suit_fit.parameters import BACKLASH, usual_inertia
+from tendon_cli.suit_fit.parameters import usual_inertia
 from tendon_cli.suit_fit.patterns import _sensor_warnings, fast_note
 from tests.suit_fit.conftest import TRUTH as STATED
 

@@ -56,7 +56,7 @@ def values_of(tool, table, column):
 def test_a_tool_reads_what_was_written_and_its_units(workplace, small_parts, tool, parts):
     small_parts(182 * 8 // parts, 8 // parts)
     (workplace / "study.toml").write_text(STUDY, encoding="utf-8")
-    run = tendon.sweep(tendon.load_study("study.toml"), out="run")
+    run = tendon.sweep(tendon.study("study.toml"), out="run")
     assert (workplace / SINGLE_FILE).is_dir() == (parts > 1)
 
     code = line_of(tool, 1)

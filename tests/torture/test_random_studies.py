@@ -19,14 +19,11 @@ SHARES = [(first, CASES // PROCESSES) for first in range(FIRST, FIRST + CASES, C
 
 SCHEMA = Path(__file__).parents[2] / "configs" / "tendon.schema.json"
 NOT_STATED = {
-    "people.content",
     "people.statistics",
-    "people.statistics_content",
     "correlation.keys",
     "correlation.matrix",
     "fit.columns",
     "fit.counts_per_turn",
-    "fit.exact",
     "fit.torque_constant",
 }
 """Keys of records, of a file of statistics, which is large, and of fits to logs."""

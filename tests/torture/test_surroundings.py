@@ -80,7 +80,7 @@ COMMANDS = [
     SWEEP,
     ("--version",),
     ("init", "new.toml"),
-    ("schema",),
+    ("init", "--schema"),
     ("state", "study.toml"),
     ("sweep", "study.toml", "--dry-run"),
     ("plot", "run", "--out", "figure.svg"),

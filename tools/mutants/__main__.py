@@ -54,7 +54,6 @@ ROOMS = {
     "say": ("test_say.py", "design"),
     "exports": ("exports",),
     "suit_fit": ("suit_fit",),
-    "paper": ("paper",),
     "face.py": ("test_face.py", "test_in_a_notebook.py"),
     "display.py": ("test_in_a_notebook.py", "test_face.py"),
     "registry.py": ("test_registry.py",),

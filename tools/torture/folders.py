@@ -105,18 +105,6 @@ def _held(folder, _patch):
         yield "wait for it"
 
 
-def _without_locks(number):
-    @contextmanager
-    def obstacle(_folder, patch):
-        def refused(*_arguments):
-            raise OSError(number, os.strerror(number))
-
-        patch.setattr(fcntl, "flock", refused)
-        yield "--no-lock"
-
-    return obstacle
-
-
 @contextmanager
 def _has_a_journal(folder, _patch):
     """Leave what tendon 0.3.0 left of an unfinished run."""
@@ -145,9 +133,7 @@ def _has_a_strangers_table(folder, _patch):
 
 
 NO_LOCKS = ("ENOLCK", "EOPNOTSUPP", "ENOSYS")
-OBSTACLES = {"held": _held, "journal": _has_a_journal, "stranger": _has_a_strangers_table} | {
-    name: _without_locks(getattr(errno, name)) for name in NO_LOCKS
-}
+OBSTACLES = {"held": _held, "journal": _has_a_journal, "stranger": _has_a_strangers_table}
 
 
 # --- The folder -----------------------------------------------------------------------------------
@@ -297,12 +283,11 @@ class Folder(RuleBasedStateMachine):
 
     # --- Runs
 
-    def carry_out(self, mode="resume", *, lock=True, stop_after=None):
+    def carry_out(self, mode="resume", *, stop_after=None):
         """Run the study and return the outcome.
 
         Args:
             mode: One of `MODES`.
-            lock: True if the run locks its folder.
             stop_after: Number of parts after which the run is stopped.
 
         Raises:
@@ -318,7 +303,6 @@ class Folder(RuleBasedStateMachine):
 
         how = RunOptions(
             jobs=1,
-            lock=lock,
             draw=draw,
             progress=progress,
             stop=stop,
@@ -358,7 +342,7 @@ class Folder(RuleBasedStateMachine):
             file.unlink()
 
     @rule(mode=st.sampled_from(MODES[1:]))
-    def finish(self, mode="resume", *, lock=True):
+    def finish(self, mode="resume"):
         """Run to the end: the bytes are the same, and only what was missing is made.
 
         Once more, and nothing at all is done.
@@ -368,7 +352,7 @@ class Folder(RuleBasedStateMachine):
         damaged = self.damaged
         intact = self.intact_parts
         before = self.modification_times(intact)
-        record = self.carry_out(mode, lock=lock).record
+        record = self.carry_out(mode).record
         self.assert_whole()
         assert self.has_figure
         if mode == "resume":
@@ -378,12 +362,16 @@ class Folder(RuleBasedStateMachine):
             if not was_finished:
                 assert record["resumed_parts"] == len(intact)
         with self.untouched():
-            assert self.carry_out(lock=lock).up_to_date
+            assert self.carry_out().up_to_date
 
     @rule(error=st.sampled_from(NO_LOCKS))
     def finish_without_locks(self, error):
-        with pytest.MonkeyPatch.context() as patch, OBSTACLES[error](self, patch):
-            self.finish(lock=False)
+        def refused(*_arguments):
+            raise OSError(getattr(errno, error), error)
+
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(fcntl, "flock", refused)
+            self.finish()
 
     @rule()
     def ask_plainly(self):
@@ -520,7 +508,7 @@ class Folder(RuleBasedStateMachine):
 
     @rule(why=st.sampled_from(sorted(OBSTACLES)), mode=st.sampled_from(MODES))
     def refuse(self, why, mode):
-        """Run while another run writes here, no lock can be used, or another's file is in the way.
+        """Run while another run writes here, or another's file is in the way.
 
         This is exit 7, and nothing is touched.
         """

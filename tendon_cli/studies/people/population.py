@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.errors import InputError
 from tendon_cli.model.body import (
     DIMENSIONS,
     Body,
@@ -24,8 +24,6 @@ from tendon_cli.studies.people.survey import LEAST, SEXES, Survey, scattered
 from tendon_cli.studies.values import OF_THE_STUDY, Stream, random_numbers
 from tendon_cli.units import counted
 
-MOST_BODIES = 10**6
-"""Largest number of bodies that are drawn to complete the persons of a file."""
 Sexes = str | npt.NDArray[np.str_]
 """The sex of each person, or the one that the study gives them all."""
 STANDARD_PERSONS = ("mean-man", "mean-woman")
@@ -57,6 +55,8 @@ class Population:
     """"male" or "female" for each, if that is known."""
     completions: int = 1
     """Number of successive bodies of one person; they differ in draws of what was not measured."""
+    is_drawn: bool = False
+    """True if what was not measured of the persons of a file is drawn."""
     slips: tuple[Slip, ...] = ()
     """Values of their file that are far from any person."""
 
@@ -144,7 +144,7 @@ def read_population(
     survey: Survey,
     sex: str,
     women: float | None = None,
-    completions: int | None = None,
+    bodies: int = 0,
     seed: int = 1,
     stream: Stream = OF_THE_STUDY,
     *,
@@ -152,8 +152,8 @@ def read_population(
 ) -> Population:
     """Return the persons of a CSV file, completed by a survey.
 
-    Dimensions that the file does not have are those that the survey expects of people of that sex
-    with the dimensions given, or are drawn from the survey for these dimensions.
+    Dimensions that the file does not have are drawn from the survey for people of that sex with the
+    dimensions given, or are those that it expects of them.
 
     Args:
         content: The file.
@@ -161,7 +161,8 @@ def read_population(
         survey: The survey.
         sex: "male", "female" or "both", of persons whose sex the file does not say.
         women: Share of women among both; by default the survey's.
-        completions: Number of bodies that are drawn for each person; None draws nothing.
+        bodies: Number of bodies that the persons have together, at least, if a dimension is
+            missing, the same number each; 0 draws nothing.
         seed: Seed of the draws.
         stream: Stream of the draws.
         accepts_slips: As `read_persons` takes it.
@@ -171,24 +172,22 @@ def read_population(
     """
     rows = read_persons(content, where, accepts_slips=accepts_slips)
     sexes = sex if rows.sexes is None else rows.sexes
+    persons = len(rows.names)
+    is_drawn = bodies > 0 and bool(np.isnan(rows.values).any())
+    completions = math.ceil(bodies / persons) if is_drawn else 1
     notes = []
-    if len(rows.names) == 1 and not completions:
+    if persons == completions == 1:
         notes.append(f"{where} has 1 person: a share of it is all or nothing")
-    notes += [*_notes(rows.values, sexes, women, completions), *rows.ignored]
+    notes += [*_notes(rows.values, sexes, women, completions if is_drawn else 0), *rows.ignored]
     names = rows.names
-    values = rows.values
-    weighting = rows.weighting
-    normal = None
-    if completions:
-        bodies = len(names) * completions
-        if bodies > MOST_BODIES:
-            problem = f"{len(names):,} persons of {completions:,} bodies are {bodies:,}"
-            raise InputError(f"{problem}, expected {MOST_BODIES:,} at most", where=where)
+    values = np.repeat(rows.values, completions, axis=0)
+    weighting = np.repeat(rows.weighting / completions, completions)
+    if completions > 1:
         names = tuple(f"{name}, body {body + 1}" for name in names for body in range(completions))
-        values = np.repeat(values, completions, axis=0)
-        weighting = np.repeat(weighting / completions, completions)
-        if not isinstance(sexes, str):
-            sexes = np.repeat(sexes, completions)
+    if not isinstance(sexes, str):
+        sexes = np.repeat(sexes, completions)
+    normal = None
+    if is_drawn:
         normal = random_numbers(seed, len(SEXES), stream).standard_normal(values.shape)
     known_sexes: tuple[str, ...] = ()
     if not isinstance(sexes, str) or sexes in SEXES:
@@ -200,7 +199,8 @@ def read_population(
         reference=survey.male.mean_body,
         notes=tuple(notes),
         sexes=known_sexes,
-        completions=completions or 1,
+        completions=completions,
+        is_drawn=is_drawn,
         slips=rows.slips,
     )
 
@@ -249,7 +249,7 @@ def _completed(
     return completed
 
 
-def _notes(values: Array, sexes: Sexes, women: float | None, completions: int | None) -> list[str]:
+def _notes(values: Array, sexes: Sexes, women: float | None, completions: int) -> list[str]:
     """Return a note on the dimensions that the file lacks, and where they come from, if any."""
     missing = np.isnan(values).sum(axis=0)
     lacking = []
@@ -265,13 +265,11 @@ def _notes(values: Array, sexes: Sexes, women: float | None, completions: int | 
             kind += f", {women:.0%} women,"
     note = f"missing from the file: {', and '.join(lacking)}; "
     if completions:
+        bodies = "1 body" if completions == 1 else f"{completions} bodies"
         note += (
-            f"{completions} bodies of each person are drawn from {kind} in the survey, given the "
-            f"known dimensions, no dimension over {LEAST:g} standard deviations below its mean"
+            f"each person has {bodies}, drawn from {kind} in the survey, given the known "
+            f"dimensions, no dimension over {LEAST:g} standard deviations below its mean"
         )
     else:
-        note += (
-            f"each is the survey's expected value for {kind}, given the known dimensions, without "
-            "the scatter of real bodies (people.completions draws it)"
-        )
+        note += f"each is the survey's expected value for {kind}, given the known dimensions"
     return [note]

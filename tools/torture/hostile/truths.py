@@ -18,7 +18,7 @@ def try_valid(file):
     """Answer a study, sweep it and work out a state; hold each to what must be true of it."""
     import tendon_cli as tendon
 
-    study = tendon.load_study(file)
+    study = tendon.study(file)
     answer = tendon.design(study, jobs=1)
     check_text(answer.text)
     check_text_of_record(answer)
@@ -89,7 +89,7 @@ def check_sweep(answer, content, file):
     import tendon_cli as tendon
 
     best = answer.best
-    uncertain = tendon.load_study(file).uncertain
+    uncertain = tendon.study(file).uncertain
     is_drawn = any(key.startswith("tendon.pretension") for key in uncertain)
     if best is None or "people" in content or is_drawn:
         return

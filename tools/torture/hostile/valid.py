@@ -428,7 +428,7 @@ class Maker:
         if self.happens(0.5):
             uncertainty["seed"] = self.rng.randint(0, 99)
         if self.happens(0.2):
-            uncertainty["cross"] = self.happens(0.5)
+            uncertainty["exact"] = self.rng.choice(["arm", "spring.stiffness"])
         return uncertainty
 
     def people(self, study):
@@ -441,8 +441,6 @@ class Maker:
             people["source"] = "ansur2"
         else:
             people = {"file": "people.csv" if form == "file" else "person.csv"}
-            if self.happens(0.3):
-                people["completions"] = self.rng.randint(1, 3)
         if self.happens(0.3):
             people["sex"] = self.rng.choice(["male", "female", "both"])
         if people.get("sex", "both") == "both" and self.happens(0.3):

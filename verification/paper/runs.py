@@ -258,7 +258,6 @@ def sweep_studies(
     *,
     jobs: int | None,
     stop: threading.Event,
-    lock: bool = True,
 ) -> Iterator[tuple[str, PaperTables]]:
     """Sweep studies one after the other, and yield each with its tables, every byte verified.
 
@@ -267,9 +266,8 @@ def sweep_studies(
         area: Folder in which each study has a folder of its own.
         jobs: Parts made at once; None for one for each core.
         stop: Event that ends the sweeps.
-        lock: True if each folder is locked while it is written.
     """
     for name in names:
         study = load(name)
-        done = run_task(Sweep, Run, study, area / name, RunOptions(jobs=jobs, stop=stop, lock=lock))
+        done = run_task(Sweep, Run, study, area / name, RunOptions(jobs=jobs, stop=stop))
         yield name, PaperTables(study, area / name, done.states, done.designs)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.paper.runs import Paper
+from verification.paper.runs import Paper
 
 _ROUNDING = 1e-9
 """Magnitude below which a number is what rounding leaves of zero."""

@@ -1,17 +1,12 @@
-"""`tendon fit-friction` and `tendon paper`, as they are called."""
+"""`tendon fit-friction`, as it is called."""
 
-import errno
-import fcntl
 import math
-import threading
-from unittest import mock
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from tendon_cli.friction.budget import USUAL_ZERO
-from tendon_cli.paper import reproduce as reproduction
 
 
 @pytest.fixture
@@ -73,34 +68,6 @@ def test_a_fit_says_which_files_it_wrote_and_what_it_replaced(
     assert other.err.splitlines() == [f"mu.toml replaced; {before}"]
     assert other.json["source"] == "two.csv"
     assert tendon("fit-friction", "two.csv").err == ""
-
-
-def test_the_paper_is_reproduced_into_a_folder_and_a_finding_that_fails_is_exit_4(
-    tendon, workplace, monkeypatch, blank_figures
-):
-    reproduce = reproduction.reproduce
-    results = []
-    folders = []
-
-    def reproduce_once(out, **_):
-        folders.append(str(out))
-        if not results:
-            stop = threading.Event()
-            results.append(reproduce(out, jobs=None, progress=lambda *_: None, stop=stop))
-        return results[0]
-
-    no_locks = mock.Mock(side_effect=OSError(errno.ENOLCK, "no locks"))
-    monkeypatch.setattr(reproduction, "reproduce", reproduce_once)
-    with monkeypatch.context() as patch:
-        # Locks are not needed: the runs are written into a temporary folder of their own.
-        patch.setattr(fcntl, "flock", no_locks)
-        ran = tendon("paper", "--json")
-    assert ran.exit == 0
-    assert ran.json["holds"] is True
-    assert {file.name for file in (workplace / "results/paper").iterdir()} == set(ran.json["files"])
-    monkeypatch.setattr(reproduction.Reproduction, "holds", False)
-    assert tendon("paper", "--out", "paper", "--quiet").exit == 4
-    assert folders == ["results/paper", "paper"]
 
 
 def test_a_fit_takes_the_bend_angle_of_a_measured_route_with_its_error(tendon, readings, workplace):

@@ -15,9 +15,9 @@ from tendon_cli.model import statics
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags
-from tendon_cli.paper.runs import Paper, PaperTables, relative_difference
-from tendon_cli.paper.statements import Check, Evidence
 from tendon_cli.quantities import SIDES
+from verification.paper.runs import Paper, PaperTables, relative_difference
+from verification.paper.statements import Check, Evidence
 
 _RISE = 1.5
 """Factor of a tension that rises far, against Fig. 7."""

@@ -10,9 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from tendon_cli.paper.runs import PLACES, Paper, is_falling, relative_difference, share_of_people
-from tendon_cli.paper.statements import Check, Evidence, content
 from tendon_cli.quantities import SIDES
+from verification.paper.runs import PLACES, Paper, is_falling, relative_difference, share_of_people
+from verification.paper.statements import Check, Evidence, content
 
 _FIRST_ANGLES = 30.0
 """Elbow angle below which the "few initial values" of Fig. 6 lie, deg."""

@@ -8,32 +8,30 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
-from tendon_cli.figure_marks import is_figure
 from tendon_cli.figures.backend import Axes, Figure
-from tendon_cli.figures.draw import Finish, declared_files, draw_declared
+from tendon_cli.figures.draw import Finish, draw_declared
 from tendon_cli.figures.friction import draw as draw_fit
 from tendon_cli.figures.style import FAINT, INK
-from tendon_cli.files import check_output, output_errors, write_output
+from tendon_cli.files import output_errors
 from tendon_cli.friction import fit_friction
-from tendon_cli.paper.findings import CLAIMS, FINDINGS, failing_by_place
-from tendon_cli.paper.runs import (
+from tendon_cli.studies.figures import FigureSpec
+from tendon_cli.tables.schema import versions
+from tendon_cli.version import RESULTS_VERSION
+from verification.paper.findings import CLAIMS, FINDINGS, failing_by_place
+from verification.paper.runs import (
     READINGS,
     STUDIES,
     VARIANTS,
     Paper,
     PaperTables,
-    load,
     sweep_studies,
 )
-from tendon_cli.paper.slips import SLIPS
-from tendon_cli.paper.statements import FALSE, IN_PART, TRUE, Entry, content, judge_all
-from tendon_cli.studies.figures import FigureSpec
-from tendon_cli.tables.schema import versions
-from tendon_cli.version import RESULTS_VERSION
+from verification.paper.slips import SLIPS
+from verification.paper.statements import FALSE, IN_PART, TRUE, Entry, content, judge_all
 
 Progress = Callable[[int, int], None]
 """Called with the number of finished steps and of all steps."""
@@ -45,8 +43,6 @@ PRINTED_ANGLE = "180 deg"
 _PAGE = "ledger.md"
 _DATA = "ledger.json"
 _TABLE_A1 = "table_a1.png"
-_HEAD = 4096
-"""Bytes at the beginning of a page or a ledger that tell whose it is."""
 
 
 @dataclass(frozen=True)
@@ -150,16 +146,6 @@ class Reproduction:
             slips=_table(self.entries_of("slip"), "slip"),
         )
 
-    def record(self) -> dict[str, Any]:
-        """Return the object that `tendon paper --json` prints."""
-        return {
-            "holds": self.holds,
-            "load_distance": self.span,
-            "out": str(self.out),
-            "ledger": self.data(),
-            "files": list(self.files),
-        }
-
     def text(self) -> str:
         """Return a short summary, with every entry whose verdict is not the one on record."""
         lines = self.counts()
@@ -209,7 +195,6 @@ def reproduce(
     progress: Progress | None = None,
     stop: threading.Event | None = None,
     runs: Path | None = None,
-    overwrite: bool = False,
 ) -> Reproduction:
     """Run the paper's studies, draw its figures and write its page.
 
@@ -219,16 +204,13 @@ def reproduce(
         progress: Called after each step.
         stop: Event that ends the work.
         runs: Folder in which the tables stay; None for a temporary one.
-        overwrite: True to replace files that tendon did not write.
 
     Raises:
         TendonError: A study cannot be run, or a file cannot be written.
-        UsageError: tendon did not write a file that it would replace.
         Stopped: `stop` was set.
     """
     with output_errors(out):
         out.mkdir(parents=True, exist_ok=True)
-    _check_files(out, overwrite=overwrite)
     done = 0
     total = 2 * len(STUDIES) + len(VARIANTS) + 1
 
@@ -240,12 +222,11 @@ def reproduce(
 
     with tempfile.TemporaryDirectory(prefix="tendon-paper-") as temporary:
         area = runs if runs is not None else Path(temporary)
-        # A temporary folder is this run's alone: it needs no lock, and may lie where nothing can
-        # be locked.
-        paper, judgement = evaluate(area, jobs=jobs, stop=stop, step=step, lock=runs is not None)
-        files = _draw(paper, out, step, overwrite=overwrite)
-    write_output(out / _PAGE, judgement.page().encode(), _is_page, overwrite=overwrite)
-    write_output(out / _DATA, judgement.json().encode(), _is_ledger, overwrite=overwrite)
+        paper, judgement = evaluate(area, jobs=jobs, stop=stop, step=step)
+        files = _draw(paper, out, step)
+    with output_errors(out):
+        (out / _PAGE).write_text(judgement.page(), encoding="utf-8")
+        (out / _DATA).write_text(judgement.json(), encoding="utf-8")
     return replace(judgement, out=out, files=(*files, _PAGE, _DATA))
 
 
@@ -255,7 +236,6 @@ def evaluate(
     jobs: int | None = 1,
     stop: threading.Event | None = None,
     step: Callable[[], None] = lambda: None,
-    lock: bool = True,
 ) -> tuple[Paper, Reproduction]:
     """Sweep all studies, fit Table A.1, and judge all statements; nothing is drawn.
 
@@ -264,11 +244,10 @@ def evaluate(
         jobs: Parts of a study made at once; None for one for each core.
         stop: Event that ends the work.
         step: Called after each study.
-        lock: True if each folder is locked while it is written.
     """
     runs = {}
     stop = stop or threading.Event()
-    for name, run in sweep_studies((*STUDIES, *VARIANTS), area, jobs=jobs, stop=stop, lock=lock):
+    for name, run in sweep_studies((*STUDIES, *VARIANTS), area, jobs=jobs, stop=stop):
         runs[name] = run
         step()
     fit = fit_friction(READINGS, bend_angle=WRAP_ANGLE)
@@ -278,40 +257,16 @@ def evaluate(
     return paper, Reproduction(entries, failing_by_place(paper), area)
 
 
-def _check_files(out: Path, *, overwrite: bool) -> None:
-    """Raise UsageError if a file would be replaced that tendon did not write."""
-    figures = [out / _TABLE_A1]
-    for name in STUDIES:
-        for spec in load(name).figure:
-            figures += declared_files(spec, out)
-    for figure in figures:
-        check_output(figure, is_figure, overwrite=overwrite)
-    check_output(out / _PAGE, _is_page, overwrite=overwrite)
-    check_output(out / _DATA, _is_ledger, overwrite=overwrite)
-
-
-def _is_page(file: BinaryIO) -> bool:
-    """Return True if `tendon paper` wrote a page."""
-    return b"`tendon paper` wrote this page" in file.read(_HEAD)
-
-
-def _is_ledger(file: BinaryIO) -> bool:
-    """Return True if a file begins with an entry as `tendon paper` writes it."""
-    beginning = file.read(_HEAD)
-    keys = (b'"finding": ', b'"verdict": ', b'"recorded": ')
-    return beginning.startswith(b'[\n  {\n    "id": ') and all(key in beginning for key in keys)
-
-
-def _draw(paper: Paper, out: Path, step: Callable[[], None], *, overwrite: bool) -> list[str]:
+def _draw(paper: Paper, out: Path, step: Callable[[], None]) -> list[str]:
     """Draw all figures and return the names of their files."""
     files: list[str] = []
     for name in STUDIES:
         run = paper[name]
         for figure in run.study.figure:
-            drawn = draw_declared(figure, run.folder, out, finisher(run), overwrite=overwrite)
+            drawn = draw_declared(figure, run.folder, out, finisher(run))
             files += [path.name for path in drawn]
         step()
-    draw_fit(paper.fit, out / _TABLE_A1, overwrite=overwrite)
+    draw_fit(paper.fit, out / _TABLE_A1)
     step()
     return [*files, _TABLE_A1]
 
