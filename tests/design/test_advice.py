@@ -9,13 +9,17 @@ from tendon_cli.windows.advice import HURTS, NARROW, NO_ROOM, WEAK
 from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solutions import solve
 from tendon_cli.windows.solver import Solver
+from tests.answers import answered as known_answer
+from tests.answers import merged
 
+COARSE = {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}
 SUIT = {
     "spring": {"stiffness": "5 kN/m"},
     "spool": {"ratio": 0.6},
     "load": {"mass": ["0 kg", "5 kg"]},
 }
 LONG_SPRING = {
+    "motion": COARSE,
     "arm": {"b1": "80 mm", "b2": "60 mm"},
     "spool": {"ratio": 0.5},
     "load": {"mass": ["0 kg", "5 kg"]},
@@ -24,11 +28,7 @@ LONG_SPRING = {
 
 
 def answered(*contents):
-    merged = {}
-    for content in contents:
-        for name, table in content.items():
-            merged[name] = {**merged.get(name, {}), **table}
-    return tendon.design(tendon.study(merged))
+    return known_answer(merged(*contents))
 
 
 def codes(content):
@@ -237,13 +237,8 @@ STIFF_ELBOW = {
 """No choice has a window; lighter loads open one, but the springs are stretched too far."""
 
 
-@pytest.fixture(scope="module")
-def helped():
-    """Return the answer to STIFF_ELBOW."""
-    return answered(STIFF_ELBOW)
-
-
-def test_what_it_takes_names_a_choice_that_can_be_built_if_there_is_one(helped):
+def test_what_it_takes_names_a_choice_that_can_be_built_if_there_is_one():
+    helped = answered(STIFF_ELBOW)
     demands = {demand["key"]: demand for demand in helped.record["would_take"]}
     lighter = demands["load.mass"]
     assert lighter["can_be_built"]
@@ -262,7 +257,8 @@ def test_what_it_takes_names_a_choice_that_can_be_built_if_there_is_one(helped):
     assert least["after"] > 2.0 * lighter["after"]
 
 
-def test_a_fix_that_cannot_be_built_is_not_listed_among_those_that_help(helped):
+def test_a_fix_that_cannot_be_built_is_not_listed_among_those_that_help():
+    helped = answered(STIFF_ELBOW)
     fixes = {fix["parameter"]: fix for fix in helped.fixes if fix["after"] is not None}
     stiffer = fixes["spring.stiffness"]
     assert stiffer["can_be_built"]

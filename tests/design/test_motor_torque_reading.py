@@ -7,6 +7,7 @@ import tendon_cli as tendon
 from tendon_cli.cube.columns import TableColumns
 from tendon_cli.errors import StudyError
 from tendon_cli.studies.load import study_from
+from tests.answers import answered
 from tests.people import plain_suit
 
 SUIT = {
@@ -37,8 +38,8 @@ def plain_arm():
 
 
 def test_the_window_is_that_of_f0_as_the_motor_shows_it():
-    as_f0 = tendon.design(SUIT).record["best"]
-    as_torque = tendon.design(SUIT | TORQUE).record["best"]
+    as_f0 = answered(SUIT).record["best"]
+    as_torque = answered(SUIT | TORQUE).record["best"]
     for end in ("pretension_from", "pretension_to"):
         back = plain_arm().pretension(as_torque[end], "motor torque")
         assert back == pytest.approx(as_f0[end], rel=1e-9)
@@ -61,8 +62,8 @@ def test_a_sweep_takes_a_torque_and_has_columns_in_newton_metres():
     assert state["motor_torque"].item() == pytest.approx(1.5, rel=1e-12)
 
 
-def test_rows_are_shown_in_newton_metres(tmp_path):
-    answer = tendon.design(SUIT | TORQUE, tmp_path / "answer")
+def test_rows_are_shown_in_newton_metres():
+    answer = answered(SUIT | TORQUE)
     table = TableColumns.of(answer.table("choices").schema)
     assert table.quantities["pretension"].shown_in == "N m"
     assert table.quantities["pretension_from"].dimension == "torque"
@@ -71,7 +72,7 @@ def test_rows_are_shown_in_newton_metres(tmp_path):
 
 
 def test_texts_say_newton_metres():
-    text = " ".join(tendon.design(SUIT | TORQUE).text.split())
+    text = " ".join(answered(SUIT | TORQUE).text.split())
     assert "A motor torque of 1.5" in text
     assert "N m works for both conditions" in text
     assert " N m of motor torque (4.8 N of F0)" in text
@@ -131,7 +132,10 @@ def test_a_draw_in_which_the_torque_falls_is_refused():
 
 def test_no_change_helps_that_makes_the_torque_fall():
     # From 0 N m on no window is left; a larger spool of the extensor would turn the reading around.
-    narrow = {"load": {"mass": ["0 kg", "30 kg"]}}
+    narrow = {
+        "load": {"mass": ["0 kg", "30 kg"]},
+        "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 5}},
+    }
     fixes = tendon.design(SUIT | TORQUE | narrow).record["fixes"]
     for fix in fixes:
         if fix["after"] is not None:
