@@ -4,6 +4,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import tendon_cli as tendon
+from tendon_cli.windows.question import question_of
+from tendon_cli.windows.solutions import solve
+from tendon_cli.windows.solver import Solver
 
 _FOLDER = TemporaryDirectory(prefix="answers-")
 _KNOWN = {}
@@ -19,6 +22,12 @@ def answered(content):
         folder = Path(_FOLDER.name) / f"{len(_KNOWN)}"
         _KNOWN[written] = tendon.design(content, folder, jobs=1)
     return _KNOWN[written]
+
+
+def solved(content):
+    """Return all choices of a study as they are solved, without an answer about them."""
+    question = question_of(tendon.study(content))
+    return solve(Solver(question), question.all_points())
 
 
 def merged(*contents):

@@ -7,10 +7,8 @@ import tendon_cli as tendon
 from tendon_cli.model.actuator import evaluate
 from tendon_cli.windows.advice import HURTS, NARROW, NO_ROOM, WEAK
 from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solutions import solve
-from tendon_cli.windows.solver import Solver
 from tests.answers import answered as known_answer
-from tests.answers import merged
+from tests.answers import merged, solved
 
 COARSE = {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}
 SUIT = {
@@ -32,8 +30,7 @@ def answered(*contents):
 
 
 def codes(content):
-    question = question_of(tendon.study(content))
-    return solve(Solver(question), question.all_points()).advice
+    return solved(content).advice
 
 
 def worst_room(content, pretension, free_length=0.0):
@@ -74,12 +71,11 @@ def test_whatever_the_free_length_room_is_the_distance_of_the_anchors_less_the_e
         spring = dict(content["spring"])
         if free_length is not None:
             spring["free_length"] = free_length
-        question = question_of(tendon.study({**content, "spring": spring}))
-        solved = solve(Solver(question), question.all_points())
-        room = worst_room(content, solved.pretension, free_length or 0.0)
-        np.testing.assert_allclose(solved.worst.spring_room, room, atol=2e-6)
+        choices = solved({**content, "spring": spring})
+        room = worst_room(content, choices.pretension, free_length or 0.0)
+        np.testing.assert_allclose(choices.worst.spring_room, room, atol=2e-6)
         sure = np.abs(room) > 1e-5
-        has_no_room = (solved.advice & NO_ROOM) > 0
+        has_no_room = (choices.advice & NO_ROOM) > 0
         assert has_no_room[sure].tolist() == (room < 0.0)[sure].tolist()
         assert 0 < has_no_room.sum() < len(room)
 

@@ -12,7 +12,7 @@ from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.windows.question import goals_of, question_of
 from tendon_cli.windows.solutions import solve
 from tendon_cli.windows.solver import Solver
-from tests.answers import answered
+from tests.answers import answered, solved
 
 COARSE = {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}
 PAPER = {"load": {"mass": ["0 kg", "3 kg", "5 kg", "10 kg"]}, "motion": COARSE}
@@ -60,12 +60,6 @@ def with_rivals(design):
     return answered(grid(5, 4)), goals, can_be_set.scores(goals)
 
 
-def solved_alone(content):
-    """Solve the one choice of a study."""
-    question = question_of(tendon.study(content))
-    return solve(Solver(question), question.all_points())
-
-
 def with_value(content, key, value):
     """Return the content of a study with one number, such as "spool.ratio", replaced."""
     table, name = key.split(".")
@@ -100,9 +94,9 @@ def test_each_fix_opens_a_window_and_a_step_less_does_not():
     for fix in fixes:
         key = fix["parameter"]
         step = fix["after"] - fix["before"]
-        less = solved_alone(with_value(PAPER, key, fix["before"] + 0.999 * step))
+        less = solved(with_value(PAPER, key, fix["before"] + 0.999 * step))
         assert not less.feasible[0], key
-        fixed = solved_alone(with_value(PAPER, key, fix["before"] + step))
+        fixed = solved(with_value(PAPER, key, fix["before"] + step))
         assert fixed.feasible[0], key
         low = fixed.pretension_from[0]
         high = fixed.pretension_to[0]
@@ -127,7 +121,7 @@ def test_every_fix_as_printed_opens_a_window_that_holds_the_printed_pretension(c
     for fix in fixes:
         assert f" to {fix['printed']}  " in answer.text
         printed_value = fix["printed"].replace(",", "")
-        fixed = solved_alone(with_value(content, fix["parameter"], printed_value))
+        fixed = solved(with_value(content, fix["parameter"], printed_value))
         assert fixed.feasible[0], fix
         pretension = float(fix["printed_pretension"])
         assert fixed.pretension_from[0] <= pretension <= fixed.pretension_to[0]

@@ -19,10 +19,7 @@ from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.window import ends_of_states
 from tendon_cli.proof import tightening
 from tendon_cli.proof.series import Series
-from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solutions import solve
-from tendon_cli.windows.solver import Solver
-from tests.answers import answered
+from tests.answers import answered, solved
 from tests.model import rationals
 from tests.model.designs import baseline, design
 from tests.sampled import quick_and_torture
@@ -250,8 +247,7 @@ def test_an_end_within_a_box_is_found_and_proved():
     lows = np.empty(8)
     highs = np.empty(8)
     for place, radius in enumerate(np.linspace(*RADII, 8)):
-        question = question_of(tendon.study(box_of_radii(float(radius)).content()))
-        single = solve(Solver(question), question.all_points())
+        single = solved(box_of_radii(float(radius)).content())
         lows[place] = single.pretension_from[0]
         highs[place] = single.pretension_to[0]
     tightest = int(highs.argmin())

@@ -18,30 +18,11 @@ SUIT = {
 TORQUE = {"setting": {"read": "motor torque"}}
 
 
-def plain_arm():
-    """Return the paper's arm with this suit, from the physics alone."""
-    return plain_suit.Arms(
-        a1=0.04,
-        b1=0.15,
-        a2=0.02,
-        b2=0.15,
-        radius=0.045,
-        forearm_mass=1.54,
-        forearm_com=0.174,
-        load_distance=0.32,
-        joint_stiffness=0.0,
-        rest_angle=0.0,
-        flexor_tissue=np.inf,
-        extensor_tissue=np.inf,
-        stiffness=5e3,
-    )
-
-
 def test_the_window_is_that_of_f0_as_the_motor_shows_it():
     as_f0 = answered(SUIT).record["best"]
     as_torque = answered(SUIT | TORQUE).record["best"]
     for end in ("pretension_from", "pretension_to"):
-        back = plain_arm().pretension(as_torque[end], "motor torque")
+        back = plain_suit.papers_arm(5e3).pretension(as_torque[end], "motor torque")
         assert back == pytest.approx(as_f0[end], rel=1e-9)
 
 
@@ -51,7 +32,10 @@ def test_a_sweep_takes_a_torque_and_has_columns_in_newton_metres():
     assert designs.attrs["units"]["pretension"] == "N m"
     assert designs.attrs["units"]["pretension_from"] == "N m"
     assert designs.attrs["units"]["model_pretension"] == "N"
-    back = [float(plain_arm().pretension(shown, "motor torque")) for shown in designs["pretension"]]
+    back = [
+        float(plain_suit.papers_arm(5e3).pretension(shown, "motor torque"))
+        for shown in designs["pretension"]
+    ]
     np.testing.assert_allclose(designs["model_pretension"], back, rtol=1e-9)
     # At rest in the posture of the setting the motor holds what is read.
     still = {
@@ -114,7 +98,7 @@ def test_a_sweep_needs_a_stated_torque():
 def test_a_torque_that_falls_as_both_tendons_tighten_is_refused():
     # With equal spools friction after extension outweighs the flexor's shorter moment arm.
     equal = SUIT | TORQUE | {"spool": {"ratio": [0.6, 1.0]}}
-    arm = plain_arm()
+    arm = plain_suit.papers_arm(5e3)
     arm.ratio = 1.0
     low = arm.pretension(0.0, "motor torque")
     high = arm.pretension(1.0, "motor torque")

@@ -12,10 +12,7 @@ import tendon_cli as tendon
 from tendon_cli.model.design import READINGS
 from tendon_cli.model.setting import Reading, all_readings
 from tendon_cli.studies.spaces import space_of
-from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solutions import solve
-from tendon_cli.windows.solver import Solver
-from tests.answers import answered
+from tests.answers import answered, solved
 
 SUITS = {"K 5": ("5 kN/m", 0.6), "K 8": ("8 kN/m", 0.5)}
 
@@ -23,12 +20,6 @@ SUITS = {"K 5": ("5 kN/m", 0.6), "K 8": ("8 kN/m", 0.5)}
 def first_choice(content):
     """Return the first choice of the answer to a study."""
     return answered(content).choices.iloc[0]
-
-
-def solved(content):
-    """Return the first choice of a study as it is solved, without an answer about it."""
-    question = question_of(tendon.study(content))
-    return solve(Solver(question), question.all_points())
 
 
 def window(suit, tables=None, loads=("0 kg", "10 kg")):

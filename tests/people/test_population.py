@@ -13,6 +13,7 @@ from tendon_cli.studies.load import study_from
 from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solutions import solve
 from tendon_cli.windows.solver import Solver
+from tests.answers import solved
 
 COARSE = {"motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}}
 SUITS = {
@@ -73,12 +74,6 @@ NOBODY_ENOUGH = PEOPLE | {
 }
 
 
-def is_feasible(content):
-    """Return true if the first choice of a study is feasible."""
-    question = question_of(tendon.study(content))
-    return bool(solve(Solver(question), question.all_points()).feasible[0])
-
-
 def test_if_no_choice_serves_enough_the_answer_has_the_most_universal_and_its_fixes():
     answer = tendon.design(tendon.study(NOBODY_ENOUGH))
     assert answer.feasible == 0
@@ -96,8 +91,8 @@ def test_if_no_choice_serves_enough_the_answer_has_the_most_universal_and_its_fi
         less = after - 1e-6 * (after - fix["before"])
         table, name = key.split(".")
         keys = content.get(table, {})
-        assert is_feasible(content | {table: {**keys, name: after}}), key
-        assert not is_feasible(content | {table: {**keys, name: less}}), key
+        assert solved(content | {table: {**keys, name: after}}).feasible[0], key
+        assert not solved(content | {table: {**keys, name: less}}).feasible[0], key
 
 
 def test_for_very_many_persons_fixes_are_worked_out_for_some_and_a_note_says_so(monkeypatch):
