@@ -40,7 +40,7 @@ MORE = {
     "narrow strap": {**ONE_SUIT, "arm": {"contact_width": "40 mm"}},
     "cannot be built": LONG_SPRING,
     "people": {**SUITS, "people": {"count": 30}},
-    "refuted": {**SUITS, "people": {"count": 4}, "design": {"serve": 0.99}},
+    "refuted": {**ONE_SUIT, "people": {"count": 2}, "design": {"serve": 0.99}},
     "unjudged": {**SUITS, "people": {"count": 20}, "design": {"verify": 0}},
     **{f"read {read}": {**SUIT, "setting": {"read": read}} for read in READ},
 }
@@ -81,7 +81,7 @@ def test_a_short_answer_fits_and_says_what_its_record_has(content):
     check_indents(answer.short)
 
 
-@pytest.mark.parametrize("seed", quick_and_torture([3, 9], [1, 8, 13]))
+@pytest.mark.parametrize("seed", quick_and_torture([3], [1, 8, 9, 13]))
 def test_a_short_answer_of_any_study_fits(seed, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for name, text in FILES.items():
