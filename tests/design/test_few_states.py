@@ -63,8 +63,11 @@ def is_null(limit, motion):
 
 PAIRS = [(limit, motion) for limit in LIMITS for motion in MOTIONS]
 JUDGED = [pair for pair in PAIRS if not is_null(*pair)]
-FEW = [pair for pair in JUDGED if PAIRS.index(pair) % 7 % 3 == 0]
-"""Every limit in two or three motions, and every motion with a third of the limits."""
+FEW = [
+    [pair for pair in JUDGED if pair[0] == limit][place % 2 * -1]
+    for place, limit in enumerate(LIMITS)
+]
+"""Every limit in its first motion or its last."""
 REST = [pair for pair in JUDGED if pair not in FEW]
 
 
