@@ -47,11 +47,11 @@ def test_every_unit_is_defined_here():
     assert UNITS["N m/deg"].factor * UNITS["rev"].factor / 360 == 1
 
 
-@pytest.mark.parametrize(("symbol", "factor"), DEFINED.items())
-def test_a_unit_is_worth_its_definition_exactly(symbol, factor):
-    unit = UNITS[symbol]
-    text = "1.25" if symbol == "1" else f"1.25 {symbol}"
-    assert parse_measure(text, unit.dimension).exact == Fraction("1.25") * Fraction(factor)
+def test_a_unit_is_worth_its_definition_exactly():
+    for symbol, factor in DEFINED.items():
+        unit = UNITS[symbol]
+        text = "1.25" if symbol == "1" else f"1.25 {symbol}"
+        assert parse_measure(text, unit.dimension).exact == Fraction("1.25") * Fraction(factor)
 
 
 @pytest.mark.parametrize(("symbol", "turns"), TURNS.items())
@@ -62,40 +62,40 @@ def test_angles_are_shares_of_a_turn_to_fifty_digits(symbol, turns):
     ) < (Fraction(1, 10**48))
 
 
-@pytest.mark.parametrize("degrees", [0, 30, 45, 60, 90, 120, 144, 180, 270, 360, -90])
-def test_degrees_are_rounded_once(degrees):
-    value = parse_measure(f"{degrees} deg", "angle").si
-    assert value == to_float(degrees * UNITS["rev"].factor / 360)
-    assert value == pytest.approx(math.radians(degrees), rel=2.3e-16)
+def test_degrees_are_rounded_once():
+    for degrees in (0, 30, 45, 60, 90, 120, 144, 180, 270, 360, -90):
+        value = parse_measure(f"{degrees} deg", "angle").si
+        assert value == to_float(degrees * UNITS["rev"].factor / 360)
+        assert value == pytest.approx(math.radians(degrees), rel=2.3e-16)
 
 
-@pytest.mark.parametrize("dimension", SI_UNIT)
-def test_each_dimension_has_its_si_unit_and_an_example(dimension):
-    assert UNITS[SI_UNIT[dimension]].factor == 1
-    assert SI_UNIT[dimension] in known_units(dimension)
-    parse_measure(EXAMPLES[dimension].strip('"'), dimension)
-    if dimension != "number":
-        with pytest.raises(UnitError, match="has no unit"):
-            parse_measure("160", dimension)
-
-
-@pytest.mark.parametrize("unit", UNITS.values(), ids=lambda unit: unit.symbol)
-def test_a_unit_serves_its_own_dimension_only(unit):
+def test_each_dimension_has_its_si_unit_and_an_example():
     for dimension in SI_UNIT:
-        if dimension != unit.dimension:
-            with pytest.raises(UnitError):
-                parse_measure(f"1 {unit.symbol}", dimension)
+        assert UNITS[SI_UNIT[dimension]].factor == 1
+        assert SI_UNIT[dimension] in known_units(dimension)
+        parse_measure(EXAMPLES[dimension].strip('"'), dimension)
+        if dimension != "number":
+            with pytest.raises(UnitError, match="has no unit"):
+                parse_measure("160", dimension)
 
 
-@pytest.mark.parametrize(
-    "unit", [unit for unit in UNITS.values() if unit.symbol.swapcase() not in {*UNITS, unit.symbol}]
-)
-def test_a_slip_of_case_is_refused_and_the_unit_named(unit):
-    slip = unit.symbol.swapcase()
-    with pytest.raises(UnitError) as caught:
-        parse_measure(f"1 {slip}", unit.dimension)
-    assert slip in caught.value.problem
-    assert any(known in caught.value.hint for known in known_units(unit.dimension))
+def test_a_unit_serves_its_own_dimension_only():
+    for unit in UNITS.values():
+        for dimension in SI_UNIT:
+            if dimension != unit.dimension:
+                with pytest.raises(UnitError):
+                    parse_measure(f"1 {unit.symbol}", dimension)
+
+
+def test_a_slip_of_case_is_refused_and_the_unit_named():
+    for unit in [
+        unit for unit in UNITS.values() if unit.symbol.swapcase() not in {*UNITS, unit.symbol}
+    ]:
+        slip = unit.symbol.swapcase()
+        with pytest.raises(UnitError) as caught:
+            parse_measure(f"1 {slip}", unit.dimension)
+        assert slip in caught.value.problem
+        assert any(known in caught.value.hint for known in known_units(unit.dimension))
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import pytest
 import typer
 
 from tendon_cli import cli
-from tendon_cli.studies.load import load_study, study_from
+from tendon_cli.studies.load import load_study
 from tendon_cli.version import __version__
 from tests.cli.conftest import set_options
 
@@ -108,27 +108,3 @@ def test_a_state_of_a_case_is_chosen_by_name(tendon, write_study):
     light = tendon("state", "study.toml", "--case", "a", "--json").json["results"]
     heavy = tendon("state", "study.toml", "--case", "b", "--json").json["results"]
     assert heavy["elbow_torque"] > light["elbow_torque"]
-
-
-RANGE = {"from": 1, "to": 2, "num": 3}
-
-
-@pytest.mark.parametrize(
-    ("setting", "content"),
-    [
-        ("arm.b1=160 mm", {"arm": {"b1": 0.16}}),
-        ('arm.b1="160 mm"', {"arm": {"b1": 0.16}}),
-        ("sheath.friction=0.1", {"sheath": {"friction": 0.1}}),
-        ('load.mass=["3 kg","5 kg"]', {"load": {"mass": [3, 5]}}),
-        ('load.mass=["500 g", 2]', {"load": {"mass": [0.5, 2]}}),
-        ("load.mass={ from = 1, to = 2, num = 3 }", {"load": {"mass": RANGE}}),
-        ("tendon.flexor.pretension=90 N", {"tendon": {"flexor": {"pretension": 90}}}),
-        ("model.slack=bilateral", {"model": {"slack": "bilateral"}}),
-        ("name=other", {"name": "other"}),
-        ('output.tables=["designs"]', {"output": {"tables": ["designs"]}}),
-    ],
-)
-def test_a_setting_is_what_the_study_would_say(write_study, setting, content):
-    write_study("")
-    expected = study_from({"name": "study"} | content)
-    assert load_study("study.toml", [setting]).hash == expected.hash

@@ -7,15 +7,17 @@ import tendon_cli as tendon
 from tendon_cli.model.actuator import evaluate
 from tendon_cli.windows.advice import HURTS, NARROW, NO_ROOM, WEAK
 from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solutions import solve
-from tendon_cli.windows.solver import Solver
+from tests.answers import answered as known_answer
+from tests.answers import merged, solved
 
+COARSE = {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}
 SUIT = {
     "spring": {"stiffness": "5 kN/m"},
     "spool": {"ratio": 0.6},
     "load": {"mass": ["0 kg", "5 kg"]},
 }
 LONG_SPRING = {
+    "motion": COARSE,
     "arm": {"b1": "80 mm", "b2": "60 mm"},
     "spool": {"ratio": 0.5},
     "load": {"mass": ["0 kg", "5 kg"]},
@@ -24,16 +26,11 @@ LONG_SPRING = {
 
 
 def answered(*contents):
-    merged = {}
-    for content in contents:
-        for name, table in content.items():
-            merged[name] = {**merged.get(name, {}), **table}
-    return tendon.design(tendon.study(merged))
+    return known_answer(merged(*contents))
 
 
 def codes(content):
-    question = question_of(tendon.study(content))
-    return solve(Solver(question), question.all_points()).advice
+    return solved(content).advice
 
 
 def worst_room(content, pretension, free_length=0.0):
@@ -74,12 +71,11 @@ def test_whatever_the_free_length_room_is_the_distance_of_the_anchors_less_the_e
         spring = dict(content["spring"])
         if free_length is not None:
             spring["free_length"] = free_length
-        question = question_of(tendon.study({**content, "spring": spring}))
-        solved = solve(Solver(question), question.all_points())
-        room = worst_room(content, solved.pretension, free_length or 0.0)
-        np.testing.assert_allclose(solved.worst.spring_room, room, atol=2e-6)
+        choices = solved({**content, "spring": spring})
+        room = worst_room(content, choices.pretension, free_length or 0.0)
+        np.testing.assert_allclose(choices.worst.spring_room, room, atol=2e-6)
         sure = np.abs(room) > 1e-5
-        has_no_room = (solved.advice & NO_ROOM) > 0
+        has_no_room = (choices.advice & NO_ROOM) > 0
         assert has_no_room[sure].tolist() == (room < 0.0)[sure].tolist()
         assert 0 < has_no_room.sum() < len(room)
 
@@ -237,13 +233,8 @@ STIFF_ELBOW = {
 """No choice has a window; lighter loads open one, but the springs are stretched too far."""
 
 
-@pytest.fixture(scope="module")
-def helped():
-    """Return the answer to STIFF_ELBOW."""
-    return answered(STIFF_ELBOW)
-
-
-def test_what_it_takes_names_a_choice_that_can_be_built_if_there_is_one(helped):
+def test_what_it_takes_names_a_choice_that_can_be_built_if_there_is_one():
+    helped = answered(STIFF_ELBOW)
     demands = {demand["key"]: demand for demand in helped.record["would_take"]}
     lighter = demands["load.mass"]
     assert lighter["can_be_built"]
@@ -254,15 +245,16 @@ def test_what_it_takes_names_a_choice_that_can_be_built_if_there_is_one(helped):
     assert (named["advice"] == "").all()
     # Heavier loads are suited, too, by a choice that cannot be built.
     heavier = {**STIFF_ELBOW, "load": {"mass": [0.0, 1.02 * lighter["after"]]}}
-    rows = answered(heavier).choices
-    assert rows["feasible"].any()
-    assert rows["advice"][rows["feasible"]].str.contains("no room").all()
+    choices = solved(heavier)
+    assert choices.feasible.any()
+    assert (choices.advice[choices.feasible] & NO_ROOM).all()
     unadvised = answered(STIFF_ELBOW, {"design": {"advice": False}}).record["would_take"]
     least = next(demand for demand in unadvised if demand["key"] == "load.mass")
     assert least["after"] > 2.0 * lighter["after"]
 
 
-def test_a_fix_that_cannot_be_built_is_not_listed_among_those_that_help(helped):
+def test_a_fix_that_cannot_be_built_is_not_listed_among_those_that_help():
+    helped = answered(STIFF_ELBOW)
     fixes = {fix["parameter"]: fix for fix in helped.fixes if fix["after"] is not None}
     stiffer = fixes["spring.stiffness"]
     assert stiffer["can_be_built"]

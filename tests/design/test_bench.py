@@ -24,7 +24,7 @@ SUIT = {
 def answered(**content):
     """Answer the question about the suit, set to the middle, with some tables replaced."""
     at_middle = {"design": {"pretension": "middle"}}
-    return tendon.design(tendon.study({**SUIT, **at_middle, **content}))
+    return tendon.design({**SUIT, **at_middle, **content})
 
 
 @pytest.fixture(scope="module")
@@ -95,14 +95,3 @@ def test_the_text_says_which_tensions_to_set_and_how_far_the_arm_drifts(answer):
     drift = "settles at 4.97 deg instead of 0 deg, pushed by at most 0.035 N m"
     assert f"10 % above this the elbow {drift}" in text
     assert "snap" not in text
-
-
-def test_a_choice_without_a_pretension_has_no_tensions_to_set():
-    # No window: each of the conditions by itself has none, if no tension may exceed 40 N.
-    content = {**SUIT, "spool": {"ratio": [0.6, 1.0]}, "limits": {"max_tension": "40 N"}}
-    choices = tendon.design(tendon.study({**content, "load": {"mass": "10 kg"}})).choices
-    has_none = choices.pretension.isna()
-    assert has_none.any()
-    set_columns = choices.filter(regex="^set_")
-    assert (set_columns.isna().all(axis=1) == has_none).all()
-    assert (set_columns.isna().any(axis=1) == has_none).all()

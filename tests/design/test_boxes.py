@@ -19,6 +19,7 @@ from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.window import ends_of_states
 from tendon_cli.proof import tightening
 from tendon_cli.proof.series import Series
+from tests.answers import answered, solved
 from tests.model import rationals
 from tests.model.designs import baseline, design
 from tests.sampled import quick_and_torture
@@ -60,7 +61,7 @@ class Box:
     limits: dict
     last: float  # largest elbow angle, deg
 
-    def study(self):
+    def content(self):
         """Return the study of this box."""
         content = {
             "load": {"mass": [0.0, self.load]},
@@ -73,7 +74,7 @@ class Box:
             for table in tables:
                 inner = inner.setdefault(table, {})
             inner[name] = as_written(name, value)
-        return tendon.study(content)
+        return content
 
 
 def as_written(name, value):
@@ -186,7 +187,7 @@ def check_boxes(seed, count):
     proved = 0
     for number in range(count):
         box = random_box(rng, number)
-        answer = tendon.design(box.study())
+        answer = tendon.design(box.content())
         known = answer.record["between_samples"]
         points = list(tightest_points(rng, box, 300))
         if known is None:
@@ -234,7 +235,7 @@ def box_of_radii(radii):
 
 
 def test_an_end_within_a_box_is_found_and_proved():
-    answer = tendon.design(box_of_radii(RADII).study())
+    answer = answered(box_of_radii(RADII).content())
     best = answer.record["best"]
     known = answer.record["between_samples"]
     assert known["status"] == "proven"
@@ -243,12 +244,12 @@ def test_an_end_within_a_box_is_found_and_proved():
         in answer.record["notes"][0]
     )
     assert "every radius from 28 to 42 mm" in known["scope"].replace("elbow radius", "radius")
-    rows = [
-        tendon.design(box_of_radii(float(radius)).study()).record["best"]
-        for radius in np.linspace(*RADII, 8)
-    ]
-    lows = np.array([row["pretension_from"] for row in rows])
-    highs = np.array([row["pretension_to"] for row in rows])
+    lows = np.empty(8)
+    highs = np.empty(8)
+    for place, radius in enumerate(np.linspace(*RADII, 8)):
+        single = solved(box_of_radii(float(radius)).content())
+        lows[place] = single.pretension_from[0]
+        highs[place] = single.pretension_to[0]
     tightest = int(highs.argmin())
     before, middle, after = highs[tightest - 1 : tightest + 2]
     top = middle - (after - before) ** 2 / 8.0 / (before - 2.0 * middle + after)
@@ -264,32 +265,26 @@ def test_points_refute_a_proof_that_looks_at_the_middle_of_a_box_alone(monkeypat
     monkeypatch.setattr(Series, "number", classmethod(middle_alone))
     monkeypatch.setattr(tightening, "_CLIMBS", 0)
     box = box_of_radii(RADII * 0.95)  # so that the middle is not the worst
-    best = tendon.design(box.study()).record["best"]
+    best = tendon.design(box.content()).record["best"]
     points = tightest_points(np.random.default_rng(1), box, 300)
     assert any(point.is_upper and refuted(point, best["pretension_to"], LIMIT) for point in points)
 
 
 def test_a_number_without_a_proof_over_its_interval_is_named():
-    study = box_of_radii(RADII).study()
-    answer = tendon.design(study.vary(**{"setting.read": "flexor at joint"}))
+    content = box_of_radii(RADII).content()
+    answer = tendon.design(content | {"setting": {"read": "flexor at joint"}})
     assert answer.record["between_samples"]["status"] == "sampled"
     assert any(
         note.startswith("arm.elbow_radius: sampled at both ends") for note in answer.record["notes"]
     )
 
 
-def test_a_box_whose_cells_do_not_suffice_is_open(monkeypatch):
-    monkeypatch.setattr("tendon_cli.proof.subdivision.MOST_CELLS", 8 * 70)
-    answer = tendon.design(box_of_radii(RADII).study())
-    assert answer.record["between_samples"]["status"] == "open"
-
-
-@pytest.mark.parametrize("most", [250, 350, 450])
+@pytest.mark.parametrize("most", quick_and_torture([250], [350, 450]))
 def test_an_open_window_is_off_by_no_more_than_its_bound(monkeypatch, most):
-    study = box_of_radii(RADII).study()
-    proved = tendon.design(study).record["best"]
+    content = box_of_radii(RADII).content()
+    proved = answered(content).record["best"]
     monkeypatch.setattr("tendon_cli.proof.subdivision.MOST_CELLS", 8 * most)
-    record = tendon.design(study).record
+    record = tendon.design(content).record
     known = record["between_samples"]
     assert known["status"] == "open"
     assert known["cells"] <= most
@@ -302,7 +297,7 @@ def test_the_bound_of_an_open_window_covers_an_end_that_is_not_tightened(monkeyp
     """No sampled end lies farther inside of the window than its bound says."""
     monkeypatch.setattr("tendon_cli.proof.certify._ROUNDS", 0)
     box = box_of_radii(RADII)
-    answer = tendon.design(box.study())
+    answer = tendon.design(box.content())
     known = answer.record["between_samples"]
     best = answer.record["best"]
     assert known["status"] == "open"
@@ -318,7 +313,7 @@ LEANING = {
     "spring": {"stiffness": 8e3},
     "spool": {"ratio": 0.5},
     "arm": {
-        "a1": {"from": 0.03, "to": 0.05},
+        "a1": 0.04,
         "upper_arm_angle": {"from": "-20 deg", "to": "40 deg"},
         "elbow_radius": {"from": 0.035, "to": 0.05},
     },
@@ -327,31 +322,24 @@ LEANING = {
     "load": {"mass": [0.0, 2.0]},
     "limits": {"max_tension": 600.0, "peak_motor_torque": 16.0},
 }
-"""Three numbers, a posture and a stiffness within intervals."""
+"""Two numbers, a posture and a stiffness within intervals."""
 
 
-@pytest.fixture(scope="module")
-def leaning():
-    """Return the record of the answer for a suit whose wearer leans."""
-    return tendon.design(tendon.study(LEANING)).record
-
-
-def test_postures_within_an_interval_take_few_cells_more(leaning):
+def test_postures_within_an_interval_take_few_cells_more():
     """An arc of postures is judged at one point: it is not one more number of the box."""
-    known = leaning["between_samples"]
+    known = answered(LEANING).record["between_samples"]
     single = LEANING | {"arm": LEANING["arm"] | {"upper_arm_angle": "40 deg"}}
-    of_posture = tendon.design(tendon.study(single)).record["between_samples"]
+    of_posture = tendon.design(single).record["between_samples"]
     assert known["status"] == of_posture["status"] == "proven"
     assert known["cells"] < 8 * of_posture["cells"]
 
 
-def test_no_posture_within_an_interval_refutes_the_window(leaning):
-    best = leaning["best"]
+def test_no_posture_within_an_interval_refutes_the_window():
+    best = answered(LEANING).record["best"]
     rng = np.random.default_rng(3)
-    for _ in range(8):
+    for _ in range(4):
         content = {key: dict(table) for key, table in LEANING.items()}
         for table, name, low, high in (
-            ("arm", "a1", 0.03, 0.05),
             ("arm", "upper_arm_angle", np.radians(-20.0), np.radians(40.0)),
             ("arm", "elbow_radius", 0.035, 0.05),
             ("sheath", "friction", 0.04, 0.12),
@@ -361,17 +349,16 @@ def test_no_posture_within_an_interval_refutes_the_window(leaning):
                 np.clip(rng.uniform(1.5 * low - 0.5 * high, 1.5 * high - 0.5 * low), low, high)
             )
             content[table][name] = f"{value!r} rad" if name == "upper_arm_angle" else value
-        point = tendon.design(tendon.study(content)).record["best"]
+        point = tendon.design(content).record["best"]
         assert point["pretension_from"] <= best["pretension_from"] + 1e-6
         assert point["pretension_to"] >= best["pretension_to"] - 1e-6
 
 
-@pytest.mark.parametrize("most", [600, 1500])
-def test_all_rounds_of_a_proof_share_its_cells(monkeypatch, most):
-    monkeypatch.setattr("tendon_cli.proof.subdivision.MOST_CELLS", 8 * most)
-    known = tendon.design(tendon.study(LEANING)).record["between_samples"]
+def test_all_rounds_of_a_proof_share_its_cells(monkeypatch):
+    monkeypatch.setattr("tendon_cli.proof.subdivision.MOST_CELLS", 8 * 600)
+    known = tendon.design(LEANING).record["between_samples"]
     assert known["status"] == "open"
-    assert known["cells"] <= most
+    assert known["cells"] <= 600
 
 
 IN_LITTLE_MEMORY = """
@@ -385,9 +372,9 @@ print(json.dumps([time.process_time() - started, choices]))
 """
 
 
-@pytest.mark.parametrize("stiffness", quick_and_torture([[7e3, 8e3, 9e3]], [8e3]))
-def test_a_proof_of_many_intervals_takes_little_memory_and_time(stiffness):
-    content = LEANING | {"spring": {"stiffness": stiffness}}
+@pytest.mark.torture
+def test_a_proof_of_many_intervals_takes_little_memory_and_time():
+    content = LEANING | {"spring": {"stiffness": [7e3, 8e3, 9e3]}}
     ran = subprocess.run(
         [sys.executable, "-c", IN_LITTLE_MEMORY, json.dumps(content)],
         env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
@@ -404,9 +391,8 @@ def test_a_proof_of_many_intervals_takes_little_memory_and_time(stiffness):
 
 
 def test_no_point_refutes_the_window_proved_for_a_box():
-    windows, proved = check_boxes(1, 8)
-    assert windows > 3
-    assert proved == windows
+    windows, proved = check_boxes(1, 3)
+    assert windows == proved == 3
 
 
 @pytest.mark.torture

@@ -91,14 +91,13 @@ def test_a_signal_while_an_answer_is_worked_out_ends_with_its_code(
     assert tendon("design", file, "--no-figures", "--resume", "--json").json["resumed_parts"] == 1
 
 
-PEOPLE = CATALOGUE + "[people]\ncount = 20\n"
-DRAWS = CATALOGUE + "[sheath]\nfriction = { mean = 0.07, std = 0.005 }\n[uncertainty]\ndraws = 8\n"
+ONE_SUIT = '[spring]\nstiffness = "5 kN/m"\n[spool]\nratio = 0.6\n[load]\nmass = "3 kg"\n'
+PEOPLE = ONE_SUIT + "[people]\ncount = 8\n"
+DRAWS = ONE_SUIT + "[sheath]\nfriction = { mean = 0.07, std = 0.005 }\n[uncertainty]\ndraws = 8\n"
 TO_REPAIR = [
     (RANGES, "choices.parquet/part-00000.parquet"),
-    (RANGES, "choices.parquet/part-00001.parquet"),
-    (CATALOGUE, "choices.parquet"),
     (CATALOGUE, "named.parquet"),
-    (RANGES, "conditions.parquet"),
+    (CATALOGUE, "conditions.parquet"),
     (RANGES, "choices.parquet/part-00005.parquet"),
     (PEOPLE, "persons.parquet"),
     (DRAWS, "draws.parquet"),

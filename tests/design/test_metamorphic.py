@@ -5,10 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tendon_cli.studies.load import study_from
-from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solutions import solve
-from tendon_cli.windows.solver import Solver
+from tests import answers
 
 COARSE = {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}
 LIMITS = {
@@ -29,8 +26,7 @@ def solved(**content):
         "motion": COARSE,
         "load": {"mass": [0.0, 5.0, 10.0]},
     }
-    question = question_of(study_from({**base, **content}))
-    return solve(Solver(question), question.all_points())
+    return answers.solved({**base, **content})
 
 
 def widths(solutions):

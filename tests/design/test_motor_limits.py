@@ -73,7 +73,7 @@ SET_BY_THE_MOTOR = [
 ]
 
 
-@pytest.mark.parametrize("step", quick_and_torture([4], [1]))
+@pytest.mark.parametrize("step", quick_and_torture([16], [1]))
 @pytest.mark.parametrize(("limit", "value", "end"), SET_BY_THE_MOTOR)
 def test_ends_that_a_limit_on_the_motor_sets_have_their_slopes(limit, value, end, step):
     """Compare every number in `step`, and those of the motion and the limit in any case."""

@@ -7,6 +7,7 @@ import tendon_cli as tendon
 from tendon_cli.cube.columns import TableColumns
 from tendon_cli.errors import StudyError
 from tendon_cli.studies.load import study_from
+from tests.answers import answered
 from tests.people import plain_suit
 
 SUIT = {
@@ -17,30 +18,11 @@ SUIT = {
 TORQUE = {"setting": {"read": "motor torque"}}
 
 
-def plain_arm():
-    """Return the paper's arm with this suit, from the physics alone."""
-    return plain_suit.Arms(
-        a1=0.04,
-        b1=0.15,
-        a2=0.02,
-        b2=0.15,
-        radius=0.045,
-        forearm_mass=1.54,
-        forearm_com=0.174,
-        load_distance=0.32,
-        joint_stiffness=0.0,
-        rest_angle=0.0,
-        flexor_tissue=np.inf,
-        extensor_tissue=np.inf,
-        stiffness=5e3,
-    )
-
-
 def test_the_window_is_that_of_f0_as_the_motor_shows_it():
-    as_f0 = tendon.design(SUIT).record["best"]
-    as_torque = tendon.design(SUIT | TORQUE).record["best"]
+    as_f0 = answered(SUIT).record["best"]
+    as_torque = answered(SUIT | TORQUE).record["best"]
     for end in ("pretension_from", "pretension_to"):
-        back = plain_arm().pretension(as_torque[end], "motor torque")
+        back = plain_suit.papers_arm(5e3).pretension(as_torque[end], "motor torque")
         assert back == pytest.approx(as_f0[end], rel=1e-9)
 
 
@@ -50,7 +32,10 @@ def test_a_sweep_takes_a_torque_and_has_columns_in_newton_metres():
     assert designs.attrs["units"]["pretension"] == "N m"
     assert designs.attrs["units"]["pretension_from"] == "N m"
     assert designs.attrs["units"]["model_pretension"] == "N"
-    back = [float(plain_arm().pretension(shown, "motor torque")) for shown in designs["pretension"]]
+    back = [
+        float(plain_suit.papers_arm(5e3).pretension(shown, "motor torque"))
+        for shown in designs["pretension"]
+    ]
     np.testing.assert_allclose(designs["model_pretension"], back, rtol=1e-9)
     # At rest in the posture of the setting the motor holds what is read.
     still = {
@@ -61,8 +46,8 @@ def test_a_sweep_takes_a_torque_and_has_columns_in_newton_metres():
     assert state["motor_torque"].item() == pytest.approx(1.5, rel=1e-12)
 
 
-def test_rows_are_shown_in_newton_metres(tmp_path):
-    answer = tendon.design(SUIT | TORQUE, tmp_path / "answer")
+def test_rows_are_shown_in_newton_metres():
+    answer = answered(SUIT | TORQUE)
     table = TableColumns.of(answer.table("choices").schema)
     assert table.quantities["pretension"].shown_in == "N m"
     assert table.quantities["pretension_from"].dimension == "torque"
@@ -71,7 +56,7 @@ def test_rows_are_shown_in_newton_metres(tmp_path):
 
 
 def test_texts_say_newton_metres():
-    text = " ".join(tendon.design(SUIT | TORQUE).text.split())
+    text = " ".join(answered(SUIT | TORQUE).text.split())
     assert "A motor torque of 1.5" in text
     assert "N m works for both conditions" in text
     assert " N m of motor torque (4.8 N of F0)" in text
@@ -113,7 +98,7 @@ def test_a_sweep_needs_a_stated_torque():
 def test_a_torque_that_falls_as_both_tendons_tighten_is_refused():
     # With equal spools friction after extension outweighs the flexor's shorter moment arm.
     equal = SUIT | TORQUE | {"spool": {"ratio": [0.6, 1.0]}}
-    arm = plain_arm()
+    arm = plain_suit.papers_arm(5e3)
     arm.ratio = 1.0
     low = arm.pretension(0.0, "motor torque")
     high = arm.pretension(1.0, "motor torque")
@@ -131,7 +116,10 @@ def test_a_draw_in_which_the_torque_falls_is_refused():
 
 def test_no_change_helps_that_makes_the_torque_fall():
     # From 0 N m on no window is left; a larger spool of the extensor would turn the reading around.
-    narrow = {"load": {"mass": ["0 kg", "30 kg"]}}
+    narrow = {
+        "load": {"mass": ["0 kg", "30 kg"]},
+        "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 5}},
+    }
     fixes = tendon.design(SUIT | TORQUE | narrow).record["fixes"]
     for fix in fixes:
         if fix["after"] is not None:

@@ -10,14 +10,14 @@ from tendon_cli.cube.source import table_in
 from tendon_cli.tables.named import open_choices
 
 QUESTION = {
-    "spring": {"stiffness": {"from": "2 kN/m", "to": "8 kN/m", "num": 5}},
-    "spool": {"ratio": {"from": 0.5, "to": 0.7, "num": 4}},
+    "spring": {"stiffness": {"from": "2 kN/m", "to": "8 kN/m", "num": 3}},
+    "spool": {"ratio": {"from": 0.5, "to": 0.7, "num": 3}},
     "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
     "design": {"maximise": ["tolerance"], "minimise": ["max_tension"], "prove": ["3"]},
 }
 
 
-@pytest.fixture(scope="module", params=[20, 6], ids=["one part", "several"])
+@pytest.fixture(scope="module", params=[9, 4], ids=["one part", "several"])
 def answer(request, tmp_path_factory):
     """Yield an answer with a front and refined choices, in one part or several, and a last one."""
     with pytest.MonkeyPatch.context() as patch:

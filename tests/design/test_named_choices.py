@@ -16,8 +16,9 @@ STUDY = {
     ],
     "spring": {"stiffness": ["1 kN/m", "3 kN/m"]},
     "load": {"mass": ["0 kg", "3 kg"]},
-    "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 19}},
+    "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
 }
+SMALL = {"spool": {"ratio": 0.6}}
 CHOSEN = {**STUDY, "design": {"conditions": ["load.mass"]}}
 
 
@@ -36,7 +37,7 @@ def test_choices_say_what_their_case_sets(chosen):
 
 
 def test_conditions_say_what_their_case_sets():
-    answer = tendon.design(STUDY)
+    answer = tendon.design({**STUDY, "spring": {"stiffness": ["5 kN/m", "8 kN/m"]}, **SMALL})
     assert answer.conditions["arm_b1"].tolist() == [0.088, 0.088, 0.15, 0.15]
     assert "arm_b1" not in answer.choices
     data = answer.to_xarray()
@@ -58,7 +59,8 @@ def test_a_dataset_has_the_number_along_the_cases(chosen):
 
 
 def test_conditions_of_people_have_their_bodies():
-    answer = tendon.design({**STUDY, "cases": [], "people": {"count": 4}})
+    people = {**SMALL, "people": {"count": 4}, "design": {"serve": 0.3, "verify": 50}}
+    answer = tendon.design({**STUDY, "cases": [], **people})
     persons = answer.conditions.drop_duplicates("person")
     assert persons["arm_b1"].nunique() == 4
     assert persons["arm_forearm_mass"].between(0.5, 4.0).all()

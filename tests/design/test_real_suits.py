@@ -12,13 +12,14 @@ import tendon_cli as tendon
 from tendon_cli.model.design import READINGS
 from tendon_cli.model.setting import Reading, all_readings
 from tendon_cli.studies.spaces import space_of
+from tests.answers import answered, solved
 
 SUITS = {"K 5": ("5 kN/m", 0.6), "K 8": ("8 kN/m", 0.5)}
 
 
 def first_choice(content):
     """Return the first choice of the answer to a study."""
-    return tendon.design(tendon.study(content)).choices.iloc[0]
+    return answered(content).choices.iloc[0]
 
 
 def window(suit, tables=None, loads=("0 kg", "10 kg")):
@@ -32,8 +33,8 @@ def window(suit, tables=None, loads=("0 kg", "10 kg")):
     }
     for table, keys in (tables or {}).items():
         content[table] = content.get(table, {}) | keys
-    choice = first_choice(content)
-    return choice.pretension_from, choice.pretension_to
+    choice = solved(content)
+    return choice.pretension_from[0], choice.pretension_to[0]
 
 
 PASSIVE = {"stiffness": "1.1 N m/rad", "rest_angle": "73 deg"}
@@ -329,12 +330,12 @@ def test_a_gauge_over_a_slack_tendon_tells_no_window():
     found = []
     for limit in ("10 mm", "20 mm", "30 mm"):
         limited = {**suit, "limits": {"max_spring_extension": limit}}
-        model = tendon.design(limited).choices.iloc[0]
         read = {**limited, "setting": {"read": "flexor at joint"}}
-        row = tendon.design(read).choices.iloc[0]
-        found.append((bool(model.feasible), bool(row.feasible)))
-        if row.feasible:
-            inside = [row.pretension_from, row.pretension, row.pretension_to * (1.0 - 1e-9)]
+        row = solved(read)
+        found.append((bool(solved(limited).feasible[0]), bool(row.feasible[0])))
+        if row.feasible[0]:
+            ends = [row.pretension_from[0], row.pretension_to[0] * (1.0 - 1e-9)]
+            inside = [ends[0], row.pretension[0], ends[1]]
             run = tendon.sweep({**read, "tendon": {"pretension": inside}})
             assert run.designs.feasible.all()
     assert found == [(False, False), (True, False), (True, True)]

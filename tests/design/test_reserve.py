@@ -6,6 +6,7 @@ import pytest
 import tendon_cli as tendon
 from tendon_cli.errors import StudyError
 from tendon_cli.studies.accuracy import Accuracy
+from tests.answers import answered
 from tests.sampled import quick_and_torture
 
 from .studies import NO_UPPER_END
@@ -22,16 +23,15 @@ GAUGES = ["pretension", "flexor at joint", "extensor at joint", "flexor at motor
 
 def choices_of(content, **setting):
     """Return the choices of a study with some keys of its setting."""
-    return tendon.design({**content, "setting": setting}, jobs=1).choices
+    return answered({**content, "setting": setting}).choices
 
 
 CONTENTS = {"loads": SUIT, "people": PEOPLE, "open": OPEN}
 FEW = [
-    *(("loads", read) for read in GAUGES),
-    ("people", "pretension"),
+    ("loads", "pretension"),
+    ("loads", "extensor at joint"),
     ("people", "flexor at motor"),
     ("open", "flexor at joint"),
-    ("open", "extensor at joint"),
 ]
 REST = [(name, read) for name in CONTENTS for read in GAUGES if (name, read) not in FEW]
 
@@ -47,7 +47,7 @@ def test_the_reserve_is_the_accuracy_but_never_beyond_the_middle(name, read):
     np.testing.assert_allclose(choices["pretension"][choices["feasible"]], expected, rtol=1e-12)
 
 
-@pytest.mark.parametrize("read", GAUGES)
+@pytest.mark.parametrize("read", quick_and_torture(GAUGES[1::2], GAUGES[::2]))
 def test_a_length_is_as_good_as_the_tension_that_it_adds_to_each_choice(read):
     choices = choices_of(SUIT, read=read, accuracy="1.5 mm")
     row = choices.iloc[-1]

@@ -75,14 +75,6 @@ def test_both_ends_at_once_have_what_each_has_alone(study, monkeypatch):
 
 
 @STUDIES
-def test_the_order_of_the_ends_does_not_matter(study, monkeypatch):
-    solver, choice = solved(study)
-    expected = sensitivities(solver, choice)
-    monkeypatch.setattr(sensitivity, "ENDS", ("to", "from"))
-    check_same(sensitivities(solver, choice), expected)
-
-
-@STUDIES
 def test_the_order_of_the_conditions_does_not_matter(study):
     """Reverse the draws, or the loads."""
     solver, choice = solved(study)

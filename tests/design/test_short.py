@@ -10,6 +10,7 @@ import tendon_cli as tendon
 from tendon_cli.answers.text_short import MOST_LINES, WIDTH, short_text
 from tendon_cli.errors import TendonError
 from tendon_cli.say import Clause, Section, fit
+from tests.answers import answered
 from tests.sampled import quick_and_torture
 from tools.torture.hostile.valid import FILES, Maker
 
@@ -17,12 +18,14 @@ from .test_text import COARSE, KINDS, ONE_SUIT, SUITS
 
 FOUR_LOADS = {"load": {"mass": [0.0, 3.0, 5.0, 10.0]}}
 SUIT = {
+    **COARSE,
     "spring": {"stiffness": ["1 kN/m", "3 kN/m", "5 kN/m"]},
     "spool": {"ratio": [1.0, 0.7, 0.6]},
     **FOUR_LOADS,
 }
-READ = ("pretension", "flexor at joint", "extensor at joint", "flexor at motor")
+READ = ("extensor at joint", "flexor at motor")
 LONG_SPRING = {
+    **COARSE,
     "arm": {"b1": "80 mm", "b2": "60 mm"},
     "spring": {"stiffness": "0.6 kN/m"},
     "spool": {"ratio": 0.5},
@@ -37,24 +40,13 @@ MORE = {
     "narrow strap": {**ONE_SUIT, "arm": {"contact_width": "40 mm"}},
     "cannot be built": LONG_SPRING,
     "people": {**SUITS, "people": {"count": 30}},
-    "refuted": {**SUITS, "people": {"count": 4}, "design": {"serve": 0.99}},
+    "refuted": {**ONE_SUIT, "people": {"count": 2}, "design": {"serve": 0.99}},
     "unjudged": {**SUITS, "people": {"count": 20}, "design": {"verify": 0}},
     **{f"read {read}": {**SUIT, "setting": {"read": read}} for read in READ},
 }
 ODD = re.compile(r"\b(nan|inf|None(?! of [0-9]))\b|_\b|\(-\)")
 """Words that no text for a reader holds."""
 NUMBER = r"([\d,.]+)"
-
-
-@pytest.fixture(scope="module", params=[*KINDS, *MORE])
-def record(request, answer_of_kind):
-    """Return the record of an answer as its file holds it."""
-    if request.param in KINDS:
-        answer, _ = answer_of_kind(request.param)
-    else:
-        answer = tendon.design(tendon.study(MORE[request.param]))
-    assert answer.short == short_text(json.loads(json.dumps(answer.record)))
-    return answer.record
 
 
 def said(record):
@@ -76,11 +68,20 @@ def assert_fits(text):
 # --- Fourteen lines -------------------------------------------------------------------------------
 
 
-def test_a_short_answer_fits(record):
-    assert_fits(short_text(record))
+@pytest.mark.parametrize("content", [*KINDS.values(), *MORE.values()], ids=[*KINDS, *MORE])
+def test_a_short_answer_fits_and_says_what_its_record_has(content):
+    answer = answered(content)
+    record = json.loads(json.dumps(answer.record))
+    assert answer.short == short_text(record)
+    assert_fits(answer.short)
+    check_what_is_to_be_set(record)
+    if record["best"] is not None:
+        check_tensions_to_set(record)
+        check_fresh_sample(record)
+    check_indents(answer.short)
 
 
-@pytest.mark.parametrize("seed", quick_and_torture([3, 9, 13], [1, 8]))
+@pytest.mark.parametrize("seed", quick_and_torture([3], [1, 8, 9, 13]))
 def test_a_short_answer_of_any_study_fits(seed, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for name, text in FILES.items():
@@ -95,7 +96,8 @@ def test_a_short_answer_of_any_study_fits(seed, tmp_path, monkeypatch):
 def test_long_names_of_cases_are_cut_not_printed_beyond_the_line():
     name = "a-case-whose-name-nobody-would-print-" * 5
     cases = [{"name": f"{name}{place}", "arm": {"b1": 0.1 + 0.01 * place}} for place in range(3)]
-    answer = tendon.design(tendon.study({**COARSE, "spring": {"stiffness": 5e3}, "cases": cases}))
+    suit = {"spring": {"stiffness": 5e3}, "spool": {"ratio": 0.6}}
+    answer = tendon.design({**COARSE, **suit, "cases": cases})
     lines = answer.short.splitlines()
     assert max(map(len, lines)) <= WIDTH
     assert len([line for line in lines if line]) <= MOST_LINES
@@ -118,10 +120,9 @@ def test_words_that_must_stand_are_cut_if_they_are_too_long():
 # --- What it says is in the record ----------------------------------------------------------------
 
 
-def test_what_to_set_is_what_the_record_has(record):
+def check_tensions_to_set(record):
+    """Check the tensions that are said against the record, and F0 against the window."""
     best = record["best"]
-    if best is None:
-        return
     end = "_motor" if record["question"]["read"].endswith("motor") else ""
     place = "motor" if end else "joint"
     pattern = rf"{NUMBER} N in the flexor \({NUMBER} N in the extensor\) at the {place}"
@@ -133,19 +134,13 @@ def test_what_to_set_is_what_the_record_has(record):
     assert found is not None, said(record)
     for text, name in zip(found.groups(), names, strict=True):
         assert number(text) == pytest.approx(best[f"set_{name}_tension{end}"], rel=5e-3)
-
-
-def test_what_is_set_as_printed_is_within_the_window(record):
-    best = record["best"]
-    if best is None or record["question"]["read"] != "pretension":
-        return
-    found = re.search(rf"a pretension of {NUMBER} N;", said(record))
-    high = best["pretension_to"]
-    assert best["pretension_from"] <= number(found[1]) <= (high or 1e9)
+    if record["question"]["read"] == "pretension":
+        found = re.search(rf"a pretension of {NUMBER} N;", said(record))
+        assert best["pretension_from"] <= number(found[1]) <= (best["pretension_to"] or 1e9)
 
 
 def test_tendons_as_short_and_as_long_as_they_may_be_are_at_the_ends_of_the_window():
-    record = tendon.design(tendon.study(SUIT)).record
+    record = answered(SUIT).record
     pattern = rf"adds {NUMBER} N of .* {NUMBER} mm too long or {NUMBER} mm too short"
     rate, too_long, too_short = map(number, re.search(pattern, said(record)).groups())
     best = record["best"]
@@ -156,9 +151,8 @@ def test_tendons_as_short_and_as_long_as_they_may_be_are_at_the_ends_of_the_wind
 
 
 def test_the_rate_is_said_of_what_is_read():
-    by_f0 = said(tendon.design(tendon.study(SUIT)).record)
-    setting = {"setting": {"read": "flexor at joint"}}
-    by_gauge = said(tendon.design(tendon.study({**SUIT, **setting})).record)
+    by_f0 = said(answered(SUIT).record)
+    by_gauge = said(answered({**SUIT, "setting": {"read": "flexor at joint"}}).record)
     of_f0 = re.search(rf"by 1 mm adds {NUMBER} N of pretension;", by_f0)[1]
     assert re.search(rf"adds {NUMBER} N of tension in the flexor at the joint", by_gauge)[1] > of_f0
     assert f"({of_f0} N of F0)" in by_gauge
@@ -167,7 +161,8 @@ def test_the_rate_is_said_of_what_is_read():
 # --- It recommends nothing that a line below refutes ----------------------------------------------
 
 
-def test_only_what_is_feasible_and_can_be_built_is_to_be_set(record):
+def check_what_is_to_be_set(record):
+    """Check that only what is feasible, can be built and can be set is to be set."""
     best = record["best"]
     text = said(record)
     if best is None:
@@ -182,9 +177,10 @@ def test_only_what_is_feasible_and_can_be_built_is_to_be_set(record):
         assert "but" in text.partition("Why")[0]
 
 
-def test_a_fresh_sample_stands_in_the_first_sentence(record):
+def check_fresh_sample(record):
+    """Check that the judgement of a fresh sample stands in the first sentence."""
     best = record["best"]
-    if best is None or best["served_verified"] is None:
+    if best["served_verified"] is None:
         return
     first = said(record).partition("Why")[0]
     count = f"{best['served_verified']['of']:,}"
@@ -195,7 +191,7 @@ def test_a_fresh_sample_stands_in_the_first_sentence(record):
 
 
 def test_a_share_that_is_too_small_turns_set_into_but():
-    record = tendon.design(tendon.study(MORE["people"])).record
+    record = answered(MORE["people"]).record
     refuted = copy.deepcopy(record)
     judged = refuted["best"]["served_verified"]
     judged.update({"value": 0.6, "interval_95": [0.59, 0.61]})
@@ -205,14 +201,14 @@ def test_a_share_that_is_too_small_turns_set_into_but():
 
 
 def test_an_answer_of_one_suit_does_not_speak_of_choices():
-    text = said(tendon.design(tendon.study(ONE_SUIT)).record)
+    text = said(answered(ONE_SUIT).record)
     assert "this suit works for both loads" in text
     assert "choice" not in text
 
 
 def test_two_ends_conflict_and_three_changes_help():
     soft = {**SUIT, "spring": {"stiffness": ["1 kN/m", "2 kN/m"]}}
-    answer = tendon.design(tendon.study(soft))
+    answer = answered(soft)
     text = said(answer.record)
     nearest = min(answer.conflicts, key=lambda conflict: conflict["gap"])["nearest"]
     below, above = re.search(rf"below {NUMBER} N .* above {NUMBER} N", text).groups()
@@ -227,7 +223,7 @@ def test_two_ends_conflict_and_three_changes_help():
 
 
 def test_a_session_shows_the_short_answer_and_prints_the_whole():
-    answer = tendon.design(tendon.study(SUIT))
+    answer = answered(SUIT)
     assert repr(answer) == answer.short
     assert str(answer) == answer.text == answer.record["text"]
     assert "short" not in answer.record
@@ -236,8 +232,9 @@ def test_a_session_shows_the_short_answer_and_prints_the_whole():
 LABELS = re.compile(r"  (Why|To set it|Parts|Rests on|Would help) +")
 
 
-def test_further_lines_of_a_section_begin_below_its_first(record):
-    _, *sections = short_text(record).split("\n\n")
+def check_indents(text):
+    """Check that further lines of a section begin below its first."""
+    _, *sections = text.split("\n\n")
     lines = [line for section in sections for line in section.splitlines()]
     firsts = {found.end() for found in map(LABELS.match, lines) if found}
     further = {len(line) - len(line.lstrip()) for line in lines if not LABELS.match(line)}

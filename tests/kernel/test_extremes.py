@@ -9,6 +9,7 @@ from tendon_cli.model.design import Design, Limb, Side
 from tendon_cli.model.kinematics import Anchors
 from tendon_cli.model.statics import NO_EQUILIBRIUM, TAUT
 from tests.model.designs import BOTH_DIRECTIONS
+from tests.sampled import quick_and_torture
 
 from .filling import kinds_of_code, needs_code, same_bits
 from .random_states import States, random_states
@@ -81,7 +82,7 @@ def folded(states):
 
 @needs_code
 @pytest.mark.parametrize("slack", SLACKS)
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", quick_and_torture(range(10), range(10, 40)))
 def test_designs_are_the_fold_of_their_states_to_the_same_bits(seed, slack):
     states = seeded_states(seed, slack)
     state_count = states.shape[-1] * states.shape[-2]
@@ -98,7 +99,7 @@ def test_designs_are_the_fold_of_their_states_to_the_same_bits(seed, slack):
 
 
 @needs_code
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", quick_and_torture(range(10), range(10, 40)))
 def test_the_strap_pulls_where_it_presses_and_the_spring_needs_room_between_its_anchors(seed):
     states = seeded_states(seed, "unilateral")
     state = states.state

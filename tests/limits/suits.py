@@ -1,6 +1,7 @@
 """Studies with two values of each limit that differ in what they allow."""
 
 from tendon_cli.model.limits import LIMITS
+from tests.answers import merged
 
 SUIT = {
     "arm": {"contact_width": "40 mm"},
@@ -28,16 +29,6 @@ LOOSER_AND_TIGHTER = {
 }
 """Two values of each limit, the looser first."""
 assert LOOSER_AND_TIGHTER.keys() == LIMITS.keys()
-
-
-def merged(*contents):
-    """Return studies merged table by table; the last one wins."""
-    study = {}
-    for content in contents:
-        for table, values in content.items():
-            known = study.get(table, {})
-            study[table] = {**known, **values} if isinstance(values, dict) else values
-    return study
 
 
 def limited(limit, value, *contents):

@@ -8,11 +8,11 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli import kernel
+from tests.answers import merged
 
-from .suits import LOOSER_AND_TIGHTER, SUIT, limited, merged
+from .suits import LOOSER_AND_TIGHTER, SUIT, limited
 
 PRETENSIONS = {"tendon": {"pretension": ["60 N", "75 N", "90 N", "110 N"]}}
-EVERY_LIMIT = pytest.mark.parametrize("limit", LOOSER_AND_TIGHTER)
 
 
 def designs(content):
@@ -34,45 +34,22 @@ def unlimited():
     return designs(SUIT)
 
 
-@cache
-def alone(limit, place):
-    """Return the designs of the study with one of two values of a limit."""
-    return designs(limited(limit, LOOSER_AND_TIGHTER[limit][place]))
-
-
-@cache
-def along_axis(limit):
-    """Return the designs of the study with both values of a limit along an axis."""
-    return designs(limited(limit, list(LOOSER_AND_TIGHTER[limit])))
-
-
-@EVERY_LIMIT
-def test_a_limit_on_an_axis_is_the_study_with_that_limit(limit):
-    for place in (0, 1):
-        rows = with_limit(along_axis(limit), limit, place)
-        pd.testing.assert_frame_equal(rows, alone(limit, place), check_exact=True)
-    assert not alone(limit, 0).equals(alone(limit, 1))
-
-
-@EVERY_LIMIT
-def test_feasible_designs_are_nested_as_a_limit_loosens(limit):
-    looser, tighter = (alone(limit, place)["feasible"] for place in (0, 1))
-    assert (looser | ~tighter).all()
-
-
-@EVERY_LIMIT
-def test_a_limit_of_a_case_is_the_study_with_that_limit(limit):
-    looser, tighter = LOOSER_AND_TIGHTER[limit]
-    expected = {"free": unlimited(), "looser": alone(limit, 0), "tighter": alone(limit, 1)}
-    cases = [
-        {"name": "free"},
-        {"name": "looser", "limits": {limit: looser}},
-        {"name": "tighter", "limits": {limit: tighter}},
-    ]
+@pytest.mark.parametrize("limit", LOOSER_AND_TIGHTER)
+def test_a_limit_on_an_axis_or_of_a_case_is_the_study_with_that_limit(limit):
+    values = LOOSER_AND_TIGHTER[limit]
+    looser, tighter = (designs(limited(limit, value)) for value in values)
+    assert not looser.equals(tighter)
+    assert (looser["feasible"] | ~tighter["feasible"]).all()
+    along_axis = designs(limited(limit, list(values)))
+    for place, alone in enumerate((looser, tighter)):
+        rows = with_limit(along_axis, limit, place)
+        pd.testing.assert_frame_equal(rows, alone, check_exact=True)
+    cases = [{"name": "free"}]
+    cases += [{"name": f"{value}", "limits": {limit: value}} for value in values]
     table = designs(merged(SUIT, {"cases": cases}))
-    for case, of_study in expected.items():
-        rows = table[table["case"] == case].drop(columns=["case", f"limit_{limit}"])
-        pd.testing.assert_frame_equal(rows.reset_index(drop=True), of_study, check_exact=True)
+    for case, alone in zip(cases, (unlimited(), looser, tighter), strict=True):
+        rows = table[table["case"] == case["name"]].drop(columns=["case", f"limit_{limit}"])
+        pd.testing.assert_frame_equal(rows.reset_index(drop=True), alone, check_exact=True)
 
 
 def test_the_column_of_a_limit_has_its_unit_and_leaves_the_column_that_it_bounds():

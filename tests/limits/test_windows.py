@@ -7,10 +7,10 @@ from tendon_cli.studies.load import study_from
 from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solutions import solve
 from tendon_cli.windows.solver import Solver
+from tests.answers import merged
 
-from .suits import LOOSER_AND_TIGHTER, SUIT, limited, merged
+from .suits import LOOSER_AND_TIGHTER, SUIT, limited
 
-EVERY_LIMIT = pytest.mark.parametrize("limit", LOOSER_AND_TIGHTER)
 OF_PEOPLE = {"people": {"count": 3}, "sheath": {"friction": "0.07 +/- 0.02"}}
 VARIANTS = {
     "as it is": {},
@@ -53,14 +53,27 @@ def check_equal(found, expected):
         np.testing.assert_array_equal(found[name], values, err_msg=name)
 
 
-@EVERY_LIMIT
-def test_a_limit_on_an_axis_is_the_study_with_that_limit(limit):
+def of_row(solved, row):
+    """Return the choices of one row of a table, which is slower than the two springs."""
+    return {name: values[2 * row : 2 * row + 2] for name, values in solved.items()}
+
+
+@pytest.mark.parametrize("limit", LOOSER_AND_TIGHTER)
+def test_a_limit_on_an_axis_or_in_a_row_is_the_study_with_that_limit(limit):
     values = LOOSER_AND_TIGHTER[limit]
-    both = solutions(limited(limit, list(values)))
     alone = [solutions(limited(limit, value)) for value in values]
+    looser, tighter = alone
+    assert any((looser[name] != tighter[name]).any() for name in ("from", "to", "feasible"))
+    widths = [np.where(one["feasible"], one["to"] - one["from"], -1.0) for one in alone]
+    assert (widths[1] <= widths[0] + 1e-9).all()
+    both = solutions(limited(limit, list(values)))
     for place, expected in enumerate(alone):
         check_equal({name: rows[place::2] for name, rows in both.items()}, expected)
-    assert any((alone[0][name] != alone[1][name]).any() for name in ("from", "to", "feasible"))
+    rows = [{"name": "free"}]
+    rows += [{"name": f"row {value}", f"limits.{limit}": value} for value in values]
+    in_rows = solutions(merged(SUIT, {"table": [{"name": "motor", "rows": rows}]}))
+    for row, expected in enumerate([solutions(SUIT), *alone]):
+        check_equal(of_row(in_rows, row), expected)
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
@@ -71,17 +84,6 @@ def test_it_is_so_in_any_question(limit, variant):
     for place, value in enumerate(values):
         expected = solutions(limited(limit, value, VARIANTS[variant]))
         check_equal({name: rows[place::2] for name, rows in both.items()}, expected)
-
-
-@EVERY_LIMIT
-def test_no_window_shrinks_as_a_limit_loosens(limit):
-    both = solutions(limited(limit, list(LOOSER_AND_TIGHTER[limit])))
-    low = both["from"]
-    high = both["to"]
-    width = np.where(both["feasible"], high - low, -1.0)
-    looser = width[0::2]
-    tighter = width[1::2]
-    assert (tighter <= looser + 1e-9).all()
 
 
 def test_a_limit_of_the_conditions_bounds_each_by_its_own():
@@ -113,29 +115,9 @@ def test_two_limits_are_the_product_of_both():
         check_equal({name: rows[row::4] for name, rows in both.items()}, alone)
 
 
-def of_row(solved, row):
-    """Return the choices of one row of a table, which is slower than the two springs."""
-    return {name: values[2 * row : 2 * row + 2] for name, values in solved.items()}
-
-
-@EVERY_LIMIT
-def test_a_limit_in_a_row_is_the_study_with_that_limit(limit):
-    looser, tighter = LOOSER_AND_TIGHTER[limit]
-    rows = [
-        {"name": "free"},
-        {"name": "looser", f"limits.{limit}": looser},
-        {"name": "tighter", f"limits.{limit}": tighter},
-    ]
-    in_rows = solutions(merged(SUIT, {"table": [{"name": "motor", "rows": rows}]}))
-    studies = [SUIT, limited(limit, looser), limited(limit, tighter)]
-    for row, study in enumerate(studies):
-        check_equal(of_row(in_rows, row), solutions(study))
-
-
 def test_an_empty_cell_leaves_the_limit_of_the_study():
     rows = [{"name": "stiff", "limits.max_tension": "205 N"}, {"name": "other"}]
     table = {"table": [{"name": "motor", "rows": rows}]}
     in_rows = solutions(limited("max_tension", "240 N", table))
     for row, value in enumerate(["205 N", "240 N"]):
-        alone = solutions(limited("max_tension", value))
-        check_equal(of_row(in_rows, row), alone)
+        check_equal(of_row(in_rows, row), solutions(limited("max_tension", value)))

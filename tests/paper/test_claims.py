@@ -109,16 +109,16 @@ BASELINE = {
 VARIED = {"fig09": "pretension", "fig10": "spring_stiffness", "fig11": "spool_ratio"}
 
 
-@pytest.mark.parametrize("name", ["fig04", "fig06", "fig07", "fig08", "fig09", "fig10", "fig11"])
-def test_every_study_is_the_baseline_but_for_what_its_figure_varies(paper, name):
-    states = paper[name].states
-    designs = paper[name].designs
-    for column, value in BASELINE.items():
-        if column != VARIED.get(name):
-            assert np.isclose(designs[column], value).all(), column
-    assert states[["flexor_slack", "extensor_slack"]].isna().all(axis=None)  # bilateral
-    assert not (states["status"] == "no equilibrium").any()
-    assert np.degrees(states["elbow_angle"]).max() == pytest.approx(90.0)
+def test_every_study_is_the_baseline_but_for_what_its_figure_varies(paper):
+    for name in ("fig04", "fig06", "fig07", "fig08", "fig09", "fig10", "fig11"):
+        states = paper[name].states
+        designs = paper[name].designs
+        for column, value in BASELINE.items():
+            if column != VARIED.get(name):
+                assert np.isclose(designs[column], value).all(), (name, column)
+        assert states[["flexor_slack", "extensor_slack"]].isna().all(axis=None)  # bilateral
+        assert not (states["status"] == "no equilibrium").any()
+        assert np.degrees(states["elbow_angle"]).max() == pytest.approx(90.0)
 
 
 def curves(paper, name, column, direction="flexion"):
@@ -302,12 +302,8 @@ MUTATIONS = {
 }
 
 
-FEW = [
-    "no elongation of the tendon",
-    "g = 9",
-    *(name for name, mutation in MUTATIONS.items() if mutation.failing),
-]
-"""Mutations of a part each: the sheath, the weight, and those that findings must notice."""
+FEW = ["no elongation of the tendon", "friction the other way", "Eq. 12 as printed"]
+"""Mutations of the sheath and of the mismatch, two of which findings must notice."""
 
 
 @pytest.mark.parametrize(

@@ -242,3 +242,22 @@ def robust(
         presses_from,
     )
     return served, is_woman
+
+
+def papers_arm(stiffness):
+    """Return the paper's arm with springs of a stiffness and a spool ratio of 0.6."""
+    return Arms(
+        a1=0.04,
+        b1=0.15,
+        a2=0.02,
+        b2=0.15,
+        radius=0.045,
+        forearm_mass=1.54,
+        forearm_com=0.174,
+        load_distance=0.32,
+        joint_stiffness=0.0,
+        rest_angle=0.0,
+        flexor_tissue=np.inf,
+        extensor_tissue=np.inf,
+        stiffness=stiffness,
+    )

@@ -9,6 +9,7 @@ from tendon_cli.errors import InputError
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.studies.people.population import draw, read_population
 from tendon_cli.studies.people.survey import SEXES, ansur2
+from tests.sampled import quick_and_torture
 
 SURVEY = ansur2()
 HEADERS = [f"{name} ({'kg' if name == 'weight' else 'mm'})" for name in DIMENSIONS]
@@ -229,7 +230,8 @@ def test_faulty_files_are_refused_with_line_and_reason(text, message):
     assert re.search(message, whole), whole
 
 
-def test_a_million_rows_are_read():
-    people = read("weight (kg),stature (cm)\n" + "70.5,175\n80,181\n" * 500_000)
-    assert len(people) == 1_000_000
+@pytest.mark.parametrize("rows", quick_and_torture([50_000], [1_000_000]))
+def test_very_many_rows_are_read(rows):
+    people = read("weight (kg),stature (cm)\n" + "70.5,175\n80,181\n" * (rows // 2))
+    assert len(people) == rows
     np.testing.assert_array_equal(people.values[2], people.values[0])

@@ -148,10 +148,10 @@ def test_without_draws_a_file_has_no_fresh_sample_and_the_answer_says_so(tmp_pat
 def test_the_judgement_is_that_of_a_large_independent_population(serve, more):
     choice, verdict = judged(study_of(people(50, serve=serve), more, LOADS, SUIT))
     once = {"uncertainty": {"draws": 64}} if more else {}
-    low, high = group_windows(study_of(people(40_000, seed=99), more, once, LOADS, SUIT))
+    low, high = group_windows(study_of(people(10_000, seed=99), more, once, LOADS, SUIT))
     pretension = choice.pretension[0]
     truth = np.mean((low[0] <= pretension) & (pretension <= high[0]))
-    error = np.sqrt(truth * (1.0 - truth) * (1.0 / 10_000 + 1.0 / 40_000))
+    error = np.sqrt(truth * (1.0 - truth) * (1.0 / 10_000 + 1.0 / 10_000))
     assert verdict.value == pytest.approx(truth, abs=4.0 * error + 1e-4)
     if serve == 1.0:
         assert np.isnan(verdict.low) or verdict.value <= 1.0
@@ -213,10 +213,10 @@ def shares_said(repeats, persons, verify, crowds):
     """Return shares of chosen suits: by their own sample, judged, its interval, and the truth.
 
     Each repeat chooses from sixteen suits, of which one serves about as many as the next. The truth
-    is the share of so many crowds of 40,000.
+    is the share of so many crowds of 20,000.
     """
     seeds = 10**6 + np.arange(crowds)
-    crowd = [group_windows(study_of(people(40_000, int(s)), LOADS, SIXTEEN)) for s in seeds]
+    crowd = [group_windows(study_of(people(20_000, int(s)), LOADS, SIXTEEN)) for s in seeds]
     low, high = np.concatenate(crowd, axis=2)
     rows = []
     for seed in range(repeats):
@@ -232,7 +232,7 @@ def shares_said(repeats, persons, verify, crowds):
 
 
 def test_the_share_that_is_said_of_a_chosen_suit_is_not_biased():
-    own, value, low, high, truth = shares_said(30, persons=100, verify=1000, crowds=1)
+    own, value, low, high, truth = shares_said(20, persons=100, verify=1000, crowds=1)
     assert np.mean(own - truth) > 0.0
     assert abs(np.mean(value - truth)) < 0.004
     assert np.mean((low <= truth) & (truth <= high)) >= 0.8
@@ -240,7 +240,7 @@ def test_the_share_that_is_said_of_a_chosen_suit_is_not_biased():
 
 @pytest.mark.torture
 def test_over_300_repeats_the_share_is_unbiased_and_its_interval_covers():
-    own, value, low, high, truth = shares_said(300, persons=500, verify=10_000, crowds=5)
+    own, value, low, high, truth = shares_said(300, persons=500, verify=10_000, crowds=10)
     assert np.mean(own - truth) > 0.0
     assert abs(np.mean(value - truth)) < 0.002
     assert 0.92 <= np.mean((low <= truth) & (truth <= high)) <= 0.98
@@ -248,13 +248,14 @@ def test_over_300_repeats_the_share_is_unbiased_and_its_interval_covers():
 
 # --- The answer -----------------------------------------------------------------------------------
 
-REFUTED = {"spring": {"stiffness": [4.3e3, 4.4e3]}, "spool": {"ratio": [0.5, 0.51]}}
+JUDGES = 1000
+REFUTED = {"spring": {"stiffness": [4.1e3, 4.2e3]}, "spool": {"ratio": [0.5, 0.51]}}
 
 
 @pytest.fixture(scope="module")
 def refuted():
     """Return an answer whose choice serves enough of its own sample, and not of the fresh one."""
-    return tendon.design(study_of(people(40, by="sex"), LOADS, REFUTED))
+    return tendon.design(study_of(people(40, by="sex", verify=JUDGES), LOADS, REFUTED))
 
 
 def test_a_choice_that_the_fresh_sample_refutes_is_said_so_and_not_replaced(refuted):
@@ -269,7 +270,7 @@ def test_a_choice_that_the_fresh_sample_refutes_is_said_so_and_not_replaced(refu
     assert own["served_verified"] == verdict["value"]
     assert not own["feasible"]
     text = " ".join(refuted.text.split())
-    assert "of 10,000 newly drawn persons" in text.partition(" Why")[0]
+    assert "of 1,000 newly drawn persons" in text.partition(" Why")[0]
 
 
 def test_what_it_would_take_is_judged_by_the_fresh_sample(refuted):
@@ -279,7 +280,7 @@ def test_what_it_would_take_is_judged_by_the_fresh_sample(refuted):
     assert helping
     for change in helping:
         assert change["served_verified"]["value"] >= 0.95
-        assert change["served_verified"]["of"] == 10_000
+        assert change["served_verified"]["of"] == JUDGES
 
 
 def changed_study(refuted, key, value):
@@ -292,7 +293,8 @@ def changed_study(refuted, key, value):
     table, name = key.split(".")
     if key == "load.mass":
         value = [0.0, value]
-    return study_of(people(40, by="sex"), LOADS, chosen, {table: {name: value}})
+    judged = people(40, by="sex", verify=JUDGES)
+    return study_of(judged, LOADS, chosen, {table: {name: value}})
 
 
 def test_what_is_said_to_help_does_so_at_the_pretension_that_is_printed(refuted):
@@ -311,12 +313,12 @@ def test_what_is_said_to_help_does_so_at_the_pretension_that_is_printed(refuted)
         assert own.pretension_from[0] <= pretension <= own.pretension_to[0], key
 
 
-def test_a_hundredth_less_of_what_helps_serves_too_few_whatever_the_pretension(refuted):
+def test_a_twentieth_less_of_what_helps_serves_too_few_whatever_the_pretension(refuted):
     record = refuted.record
     changes = [(fix["parameter"], fix) for fix in record["fixes"] if fix["after"] is not None]
     changes += [(of["key"], of) for of in record["would_take"] if of["after"] is not None]
     for key, change in changes:
-        less = change["before"] + 0.99 * (change["after"] - change["before"])
+        less = change["before"] + 0.95 * (change["after"] - change["before"])
         less -= 0.006 * np.sign(change["after"] - change["before"]) * change["after"]
         if (less - change["before"]) * (change["after"] - change["before"]) <= 0.0:
             continue
@@ -331,9 +333,9 @@ def test_shares_by_sex_and_the_curve_are_those_of_the_fresh_sample(refuted):
     population = refuted.record["population"]
     verdict = refuted.best["served_verified"]
     assert population["served_verified"] == verdict
-    assert sum(share["persons"] for share in population["by"]) == 10_000
+    assert sum(share["persons"] for share in population["by"]) == JUDGES
     of_all = sum(share["persons"] * share["served"] for share in population["by"])
-    assert of_all / 10_000 == pytest.approx(verdict["value"], abs=1e-9)
+    assert of_all / JUDGES == pytest.approx(verdict["value"], abs=1e-9)
     curve = population["curve"]
     place = np.searchsorted(curve["pretension"], refuted.best["pretension"]) - 1
     assert curve["share"][place] == pytest.approx(verdict["value"], abs=0.01)
@@ -379,7 +381,7 @@ def test_every_named_choice_is_judged_and_no_other(tmp_path):
 
 
 def test_a_repaired_answer_has_the_same_bytes(tmp_path):
-    study = study_of(people(30, verify=400), ROUGH, LOADS, SUIT)
+    study = study_of(people(4, verify=100, serve=0.3), ROUGH, LOADS, SUIT)
     first = tendon.design(study, tmp_path / "first")
     again = tendon.design(study, tmp_path / "again", jobs=2)
     (again.folder / "named.parquet").unlink()

@@ -13,9 +13,17 @@ COARSE = {
 }
 SUIT = {**COARSE, "spring": {"stiffness": [5e3, 8e3]}, "spool": {"ratio": 0.6}}
 STIFF_SUIT = {**SUIT, "spring": {"stiffness": 5e3}}
-FORTY = {"people": {"count": 40, "seed": 3}}
+FEW_ARE_ENOUGH = {"design": {"serve": 0.3}}
+"""So that there is a feasible choice."""
+FORTY = {"people": {"count": 40, "seed": 3}, **FEW_ARE_ENOUGH}
 RUBBING = {"sheath": {"friction": {"mean": 0.08, "std": 0.04}}, "uncertainty": {"draws": 32}}
-FEW = {**SUIT, "people": {"count": 4}, **RUBBING, "limits": {"max_tension": "520 N"}}
+FEW = {
+    **SUIT,
+    "people": {"count": 4},
+    **RUBBING,
+    **FEW_ARE_ENOUGH,
+    "limits": {"max_tension": "520 N"},
+}
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +96,7 @@ def test_few_persons_are_served_by_the_share_of_their_draws():
 
 def test_one_person_is_this_person_with_and_without_draws():
     def text_for_one(suit):
-        alone = {"people": {"count": 1}, "design": {"verify": 0}}
+        alone = {"people": {"count": 1}, "design": {"verify": 0, "serve": 0.3}}
         answer = tendon.design(tendon.study({**suit, **alone}))
         return " ".join(answer.text.split())
 
@@ -105,7 +113,7 @@ def test_one_person_is_this_person_with_and_without_draws():
 def test_a_person_of_several_bodies_has_one_row_over_them(tmp_path):
     (tmp_path / "people.csv").write_text("name,sex,weight (kg),weighting\nAda,f,62,1\nBo,m,84,3\n")
     people = {"file": str(tmp_path / "people.csv")}
-    answer = tendon.design(tendon.study({**STIFF_SUIT, "people": people}))
+    answer = tendon.design(tendon.study({**STIFF_SUIT, "people": people, **FEW_ARE_ENOUGH}))
     persons = answer.persons
     population = answer.record["population"]
     assert list(persons["person"]) == ["Ada", "Bo"]
@@ -119,7 +127,7 @@ def test_a_person_of_several_bodies_has_one_row_over_them(tmp_path):
             {
                 **STIFF_SUIT,
                 "people": people | {"sex": "female"},
-                "design": {"pretension": population["pretension"]},
+                "design": {"pretension": population["pretension"], "serve": 0.3},
             }
         )
     )
@@ -136,8 +144,8 @@ def test_draws_have_a_table_of_their_own():
 
 
 def test_shares_by_sex_are_those_of_the_table():
-    content = {**STIFF_SUIT, "people": {"count": 80, "seed": 3}}
-    content["design"] = {"by": "sex", "verify": 0}
+    content = {**STIFF_SUIT, "people": {"count": 40, "seed": 3}}
+    content["design"] = {"by": "sex", "verify": 0, "serve": 0.3}
     answer = tendon.design(tendon.study(content))
     shares = {share["sex"]: share for share in answer.record["population"]["by"]}
     served = answer.persons.groupby("sex", observed=True)["served"]
@@ -153,7 +161,9 @@ def test_the_reading_that_is_set_is_the_same_on_everyone_and_the_other_one_is_no
     (tmp_path / "people.csv").write_text("name,weight (kg),stature (cm)\nAda,62,168\nBob,85,181\n")
     people = {"file": str(tmp_path / "people.csv")}
     answer = tendon.design(
-        tendon.study({**SUIT, "people": people, "setting": {"read": "flexor at joint"}})
+        tendon.study(
+            {**SUIT, "people": people, "setting": {"read": "flexor at joint"}, **FEW_ARE_ENOUGH}
+        )
     )
     population = answer.record["population"]
     flexor = answer.persons["set_flexor_tension"]

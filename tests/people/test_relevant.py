@@ -15,15 +15,15 @@ from tests.sampled import quick_and_torture
 
 SUITS = {
     "arm": {"contact_width": 0.04},
-    "people": {"count": 30},
+    "people": {"count": 12},
     "load": {"mass": [0.0, 5.0]},
     "motion": {"elbow_angle": {"from": 0.0, "to": "90 deg", "num": 7}},
-    "spring": {"stiffness": [3e3, 3.9e3, 4.7e3, 5.6e3, 6.4e3, 7.3e3, 8.1e3, 9e3]},
-    "spool": {"ratio": [0.5, 0.55, 0.6, 0.65]},
+    "spring": {"stiffness": [3e3, 4.7e3, 5.6e3, 7.3e3, 9e3]},
+    "spool": {"ratio": [0.5, 0.55, 0.6]},
     "tendon": {"diameter": [1e-3, 1.5e-3]},
 }
-"""64 choices for 30 persons with two loads."""
-BETWEEN = {"spring": {"stiffness": {"from": 3e3, "to": 9e3, "num": 8}}}
+"""30 choices for 12 persons with two loads."""
+BETWEEN = {"spring": {"stiffness": {"from": 3e3, "to": 9e3, "num": 5}}}
 """The same with choices between the springs, too, which takes longer."""
 ADVISED = {
     "rope": {"tendon": {"diameter": [1e-3, 1.5e-3], "breaking_force": "1.6 kN"}},
@@ -96,7 +96,7 @@ def test_the_answer_is_the_one_of_working_out_all(answered, goals, springs):
     assert_same_decision(partial, full)
     assert len(partial.record["notes"]) == len(full.record["notes"]) + 1
     worked_out = ~partial.choices["max_tension"].isna()
-    assert 7 <= worked_out.sum() < len(worked_out)
+    assert 5 <= worked_out.sum() < len(worked_out)
     pd.testing.assert_frame_equal(
         partial.choices[worked_out], full.choices[worked_out], check_exact=True
     )
@@ -139,13 +139,13 @@ def test_nothing_is_left_out_without_people_and_a_choice_that_serves_nobody_has_
     monkeypatch,
 ):
     monkeypatch.setattr(candidates_module, "STATES_FOR_ALL", 0)
-    without_people = {"load": {"mass": [0.0, 5.0]}, "spring": {"stiffness": [1e3, 3e3]}}
+    without_people = {"spool": {"ratio": 0.6}, "spring": {"stiffness": [5e3, 8e3]}}
     choices = tendon.design(tendon.study(without_people)).choices
     assert not choices["max_tension"].isna().any()
-    for_nobody = {
-        "limits": {"max_pretension": 1.0},
-        "people": {"count": 3},
-        "spring": {"stiffness": [3e3, 5e3]},
-    }
-    choices = tendon.design(tendon.study(for_nobody)).choices
-    assert choices[list(WORST)].isna().all(axis=None)
+    # The extensor's spool of the first choice is too thin for its tendon.
+    thin = {"limits": {"min_spool_to_tendon": 30}, "spool": {"ratio": [0.6, 0.8]}}
+    content = {**without_people, **thin, "people": {"count": 3}, "load": {"mass": 1.0}}
+    choices = tendon.design(tendon.study(content)).choices
+    is_thin = choices["spool_ratio"] == 0.6
+    assert choices.loc[is_thin, list(WORST)].isna().all(axis=None)
+    assert choices.loc[~is_thin, "max_tension"].notna().any()

@@ -103,7 +103,7 @@ def saltelli(values_a, values_b, mixed):
     return np.array(first), np.array(total)
 
 
-@pytest.mark.parametrize("people", [{}, {"people": {"count": 300}}])
+@pytest.mark.parametrize("people", [{"people": {"count": 300}}])
 def test_indices_of_windows_are_those_of_a_plain_estimate_of_ten_times_the_size(
     people, monkeypatch
 ):

@@ -35,12 +35,12 @@ def text_of(order, cases):
     return "\n".join(lines)
 
 
-@pytest.mark.parametrize("cases", [[], [("short", 140), ("long", 170)]], ids=["", "cases"])
-@pytest.mark.parametrize("states", [40, 136, 10**6])
+@pytest.mark.parametrize("cases", [[], [("short", 140)]], ids=["", "cases"])
+@pytest.mark.parametrize("states", [40, 10**6])
 def test_the_record_counts_what_pandas_counts(new_sweep, tmp_path, small_parts, states, cases):
     small_parts(states, 5)
     counts = set()
-    for order in ORDERS[::11]:
+    for order in ORDERS[::17]:
         swept = new_sweep(text_of(order, cases), tmp_path, out="-".join(order))
         record = swept.record
         is_feasible = swept.designs.groupby(["pretension", "spool_ratio"])["feasible"].all()

