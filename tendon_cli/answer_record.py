@@ -39,7 +39,9 @@ class AxisRecord(TypedDict):
     named: bool
     """True if its values are names."""
     range: list[float] | None
-    """Both ends of a range, between which a value is chosen, SI; null for a catalogue."""
+    """Both ends of a range of which a grid is tried, SI; null for a catalogue."""
+    step: float | None
+    """Largest share by which neighbouring points of the grid differ; null for a catalogue."""
     sets: dict[str, dict[str, float]] | None
     """Numbers that tell each row of a named axis from the others, SI, by the row's name and their
     keys; null for another axis. Rows told by no number, or by many, are left out; of very many rows
@@ -141,8 +143,6 @@ class ChoiceRecord(TypedDict):
 
     choice: int
     """Row in `choices.parquet`."""
-    refined: bool
-    """True for a point between those of the grid."""
     pretension_from: float | None
     """Lower end of the window, N; null if no pretension could do."""
     pretension_to: float | None
@@ -780,8 +780,6 @@ class BestRecord(TypedDict):
     """Largest share of the range of any goal that the best compromise gives up."""
     window_for_all: Sequence[float | None] | None
     """Window that serves all, N, if fewer are enough and there is one."""
-    gains: dict[str, float]
-    """Share by which a refined choice beats the best of the grid, by goal's column."""
     front: list[ChoiceRecord]
     """Choices that no other beats in every goal, in the order of the first goal."""
     setting: SettingRecord | None

@@ -34,8 +34,6 @@ class TableKind(NamedTuple):
     """
     always: tuple[str, ...] = ()
     """Columns that every such table has, besides those of its axes."""
-    beyond: str = ""
-    """Column that is true in rows that follow after those of the product; empty without such."""
 
 
 class SettingOption(NamedTuple):

@@ -180,14 +180,12 @@ class Answer(Result):
     def to_xarray(self) -> xr.Dataset:
         """Return the columns of choices over their axes, and their windows under each condition.
 
-        Refined choices are left out. `window_from` and `window_to`, the window under each condition
-        alone, are worked out from the recorded study, for up to ten million windows.
+        `window_from` and `window_to`, the window under each condition alone, are worked out from
+        the recorded study, for up to ten million windows.
 
         Raises:
             UsageError: The package xarray is missing.
         """
-        import pyarrow.compute as pc  # only who asks for this pays for its import
-
         from tendon_cli.answers.tables import choice_columns
         from tendon_cli.quantities import unit_of_reading
         from tendon_cli.windows.question import question_of
@@ -195,11 +193,10 @@ class Answer(Result):
 
         library = xarray_library()
         table = self.table("choices")
-        grid = table.filter(pc.invert(table.column("refined")))
         question = question_of(self.study)
         sizes = {axis.column: len(axis) for axis in question.choices.axes}
         names = [column.name for column in choice_columns(question) if column.is_axis]
-        choices = variables_of(grid, sizes)
+        choices = variables_of(table, sizes)
         conditions = variables_of(
             self.table("conditions"), {"condition": self.record["conditions"]}
         )

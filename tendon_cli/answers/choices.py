@@ -26,7 +26,7 @@ from tendon_cli.space.axis import Axis
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import RowTarget
-from tendon_cli.windows.candidates import may_refine, solve_part, summarise
+from tendon_cli.windows.candidates import solve_part, summarise
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question, question_of, rows_to_prove
 from tendon_cli.windows.solver import Solver
@@ -83,11 +83,9 @@ class Choices(Task):
     def last_files(self) -> dict[str, int]:
         """Files that follow from the record.
 
-        These are the choices between the points of the grid, if the question lets any be found; the
-        named choices; and the persons or draws.
+        These are the named choices, and the persons or draws.
         """
-        tables = ["choices"] if may_refine(self.question) else []
-        tables.append("named")
+        tables = ["named"]
         if self.persons is not None:
             tables.append(f"{self.persons.key}s")
         return dict.fromkeys(tables, 1)
@@ -143,8 +141,7 @@ class Choices(Task):
         self.check_stopped()
         part = self.part(index)
         solutions = solve_part(self.solver, np.arange(part.start, part.stop))
-        refined = np.zeros(len(part), dtype=np.bool_)
-        rows = {"choices": answer_tables.choice_rows(self.question, solutions, refined)}
+        rows = {"choices": answer_tables.choice_rows(self.question, solutions)}
         if "conditions" in tables:
             rows["conditions"] = answer_tables.condition_rows(self.question)
         for table, target in tables.items():
@@ -190,23 +187,9 @@ class Choices(Task):
         return []
 
     def final_files(self, record: Mapping[str, Any]) -> Iterator[FinalFile]:
-        """Yield the files that follow from the whole record.
-
-        They are the last part of the choices, which are between the points of the grid; the named
-        choices; and the table of persons or draws.
-
-        Args:
-            record: The record of the answer.
-        """
+        """Yield the named choices, and the table of persons or draws; see `last_files`."""
         answer = as_answer(record)
-        named = named_rows(answer)
-        if "choices" in self.last_files:
-            # The table says what the study's own sample does; only feasible choices are refined.
-            refined = [row.copy() for row in named if row["refined"]]
-            for row in refined:
-                row["feasible"] = True
-            yield self._file_of_rows("choices", self.tables["choices"] - 1, refined)
-        yield self._file_of_rows("named", 0, named)
+        yield self._file_of_rows("named", 0, named_rows(answer))
         population = answer["population"]
         if self.persons is not None and population is not None:
             yield self._persons_file(self.persons, population)

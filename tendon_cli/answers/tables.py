@@ -22,7 +22,7 @@ from tendon_cli.engine.table_columns import (
 )
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.design import F0
-from tendon_cli.model.kinematics import Array, Flags, Rows
+from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.quantities import QUANTITIES, bound_name, unit_of_reading
 from tendon_cli.space.axis import Axis, split_side
@@ -69,7 +69,6 @@ def choice_columns(question: Question) -> tuple[Column, ...]:
     read = question.study.setting.read
     return (
         *_row_columns(question.choices, read),
-        Column("refined", "truth", "1", "lies between the points of the grid"),
         *_of_quantities("pretension_from", "pretension_to", read=read),
         Column(
             "windows",
@@ -136,22 +135,15 @@ def named_columns(question: Question) -> tuple[Column, ...]:
     choice = Column("choice", "count", "1", "row of choices.parquet")
     columns = choice_columns(question)
     names = [column.name for column in columns]
-    return choice, *columns[names.index("refined") + 1 :]
+    return choice, *columns[names.index("pretension_from") :]
 
 
-def choice_rows(question: Question, choices: Solutions, refined: Flags) -> ColumnArrays:
-    """Return rows of `choices.parquet`; texts are places among the `choices` of their column.
-
-    Args:
-        question: The question.
-        choices: The choices.
-        refined: True for a choice between the points of the grid.
-    """
+def choice_rows(question: Question, choices: Solutions) -> ColumnArrays:
+    """Return rows of `choices.parquet`; texts are places among the `choices` of their column."""
     at_pretension = choices.points.at_pretension(choices.pretension)
     return {
         **choices.points.columns,
         **_set_by_names(question.choices, question.choices.at(choices.points.numbers)),
-        "refined": refined,
         "pretension_from": choices.pretension_from,
         "pretension_to": _finite(choices.pretension_to),
         "windows": choices.windows,

@@ -55,6 +55,8 @@ CHANGES = "What relaxing one demand would give, all else equal"
 """Heading of the values that each demand alone would have to take."""
 _MOST_ALTERNATIVES = 8
 _MOST_MOVES = 5
+_FAR_APART = 0.1
+"""Share by which neighbouring points of a grid differ from which on a finer one is suggested."""
 _LEAST_MOVE = 1e-3
 """Motion of an end per 1 % of a number below which it is not printed, N."""
 _WORST = {
@@ -286,19 +288,26 @@ def _proved(question: QuestionRecord, row: ChoiceRecord) -> str:
 
 
 def edges_words(question: QuestionRecord, best: ChoiceRecord) -> Iterator[str]:
-    """Say which ranges of the study have the best choice at their end."""
+    """Say which ranges have the best choice at their end, or between points that are far apart."""
+    between = []
     for axis in question["choices"]:
-        if axis["range"] is None:
+        if axis["range"] is None or axis["step"] is None:
             continue
+        limit = limit_of(axis["key"])
+        symbol = keys()[axis["key"]].quantity.symbol
+        if limit is not None:
+            symbol = f"the {say.limit_on(limit)}"
         value = float(value_of(best, axis["column"]))
+        is_inside = True
         for edge, word in zip(axis["range"], ("lower", "upper"), strict=True):
             if abs(value - edge) <= 1e-9 * abs(edge):
-                limit = limit_of(axis["key"])
-                symbol = keys()[axis["key"]].quantity.symbol
-                if limit is not None:
-                    symbol = f"the {say.limit_on(limit)}"
+                is_inside = False
                 at_edge = parameter(axis["key"], value)
                 yield f"{symbol} is at the {word} end of its range, {at_edge}: widen the range"
+        if is_inside and axis["step"] > _FAR_APART:
+            between.append(f"{symbol} (now up to {say.percent(axis['step'])} apart)")
+    if between:
+        yield f"a finer grid of {say.join_words(between)} may hold a better choice"
 
 
 def _moves(question: QuestionRecord, moves: Sequence[SensitivityRecord]) -> Iterator[str]:
@@ -342,19 +351,10 @@ def _alternatives(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Blo
             for goal in goals
             if goal["column"] in best_by
         ]
-        refined = sum(row["refined"] for _, row in rows)
-        if record["choices"] + refined < 2:
+        if record["choices"] < 2:
             return
     yield say.heading(head)
     yield _table_of_choices(record, rows)
-    if record["gains"]:
-        gains = [
-            f"{say.percent(gain)} in {goal_name(column)}"
-            for column, gain in record["gains"].items()
-        ]
-        yield from say.items(
-            [f"~ between the points of the grid; better than these by {say.join_words(gains)}"]
-        )
 
 
 def _table_of_choices(record: AnswerResults, rows: Sequence[tuple[str, ChoiceRecord]]) -> say.Block:
@@ -369,14 +369,13 @@ def _table_of_choices(record: AnswerResults, rows: Sequence[tuple[str, ChoiceRec
     lines = [["", "", *heads, f"window {unit}", "±mm", "±%", unit, *share_head, *COSTS.values()]]
     for name, row in rows:
         low, high = window_of(row) or (np.nan, np.nan)
-        mark = "~" if row["refined"] else ""
         upper = "on" if np.isinf(high) else f"to {say.number(high, 3)}"
         share = [say.percent(row["served_at"])] if shows_share else []
         pretension = row["pretension"]
         lines.append(
             [
                 name,
-                mark + short_choice_words(question, row),
+                short_choice_words(question, row),
                 *(carried_words(question, row, column) for column in carried),
                 f"{say.number(low, 3)} {upper}",
                 tolerance_millimetres(row),

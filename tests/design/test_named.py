@@ -19,7 +19,7 @@ QUESTION = {
 
 @pytest.fixture(scope="module", params=[20, 6], ids=["one part", "several"])
 def answer(request, tmp_path_factory):
-    """Yield an answer with a front and refined choices, in one part or several, and a last one."""
+    """Yield an answer with a front, in one part or several."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(choices_module, "CHOICES_PER_PART", request.param)
         yield tendon.design(QUESTION, tmp_path_factory.mktemp("named") / "answer")
@@ -48,13 +48,6 @@ def test_named_choices_stand_in_their_places_and_all_others_as_they_are(answer):
     assert_same(joined.loc[others, own.columns], own.loc[others])
     assert set(joined.loc[others, "between_samples"]) == {"sampled"}
     assert not joined.loc[others, "on_front"].any()
-    refined = own.index[own["refined"]]
-    assert len(refined)
-    assert set(refined) <= set(named.index)
-    assert_same(
-        own.loc[refined, own.columns.intersection(named.columns)],
-        named.loc[refined, own.columns.intersection(named.columns)],
-    )
 
 
 def test_the_named_choices_are_those_of_the_record(answer):
@@ -81,8 +74,7 @@ def test_every_reader_joins_them(answer):
     in_memory = tendon.design(QUESTION).choices
     assert_same(in_memory, joined)
     on_front = answer.to_xarray()["on_front"].to_numpy().astype(bool).ravel()
-    grid = joined[~joined["refined"]]
-    np.testing.assert_array_equal(on_front, grid["on_front"].to_numpy())
+    np.testing.assert_array_equal(on_front, joined["on_front"].to_numpy())
 
 
 def test_parts_do_not_depend_on_what_the_whole_says(answer, tmp_path):
@@ -90,4 +82,4 @@ def test_parts_do_not_depend_on_what_the_whole_says(answer, tmp_path):
     other = QUESTION | {"design": {"maximise": ["served"]}}
     own, _ = frames(answer)
     others, _ = frames(tendon.design(other, tmp_path / "other"))
-    assert_same(own[~own["refined"]], others[~others["refined"]])
+    assert_same(own, others)

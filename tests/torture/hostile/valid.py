@@ -102,7 +102,6 @@ class Maker:
         self.rng = random.Random(seed)  # noqa: S311 - a repeatable sample
         self.room = {"choice": 6, "condition": 4}
         self.intervals = 1
-        self.ranges = self.happens(0.15)
 
     def happens(self, chance):
         """Return True with a probability."""
@@ -155,15 +154,11 @@ class Maker:
         if self.intervals and key != "tendon.pretension":
             forms.append(self.interval)
         if self.room[kind] > 1:
-            forms += [self.listed] * 3
-            if kind == "condition" or self.ranges:
-                forms.append(self.grid)
+            forms += [*[self.listed] * 3, self.grid]
         forms += [self.single] * len(forms)
         value, length = self.rng.choice(forms)(*NUMBERS[key])
         if length > 1:
             self.room[kind] //= length
-            is_range = isinstance(value, dict) and kind == "choice"
-            self.ranges -= is_range
         return value
 
     def value(self, low, high):
