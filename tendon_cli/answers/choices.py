@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import threading
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
 
 from tendon_cli.answer_record import ChoiceRecord, PopulationRecord, as_answer
 from tendon_cli.answers import tables as answer_tables
@@ -22,6 +23,7 @@ from tendon_cli.engine.table_columns import axis_column
 from tendon_cli.engine.task import FinalFile, Note, Task
 from tendon_cli.errors import SizeError
 from tendon_cli.kernel import columns_writer
+from tendon_cli.registry import UNFINISHED
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column
@@ -43,6 +45,7 @@ class Choices(Task):
     """Task that solves every choice of a question under its conditions, and records the answer."""
 
     kind = DESIGN
+    completed = "choices"
 
     def __init__(self, question: Question, stop: threading.Event | None = None) -> None:
         self.question = question
@@ -75,20 +78,15 @@ class Choices(Task):
         Parts of choices follow from the question alone; conditions are one part.
         """
         parts = -(-len(self.question.choices) // self.length)
-        tables = Counter(choices=parts, conditions=1)
-        tables.update(self.last_files)
-        return dict(tables)
-
-    @cached_property
-    def last_files(self) -> dict[str, int]:
-        """Files that follow from the record.
-
-        These are the named choices, and the persons or draws.
-        """
-        tables = ["named"]
+        tables = {UNFINISHED: parts, "choices": parts, "conditions": 1}
         if self.persons is not None:
-            tables.append(f"{self.persons.key}s")
-        return dict.fromkeys(tables, 1)
+            tables[f"{self.persons.key}s"] = 1
+        return tables
+
+    @property
+    def last_tables(self) -> tuple[str, ...]:
+        """Choices, and persons or draws, which follow from the record."""
+        return tuple(table for table in self.tables if table not in (UNFINISHED, "conditions"))
 
     @property
     def length(self) -> int:
@@ -101,8 +99,8 @@ class Choices(Task):
 
     @property
     def least_bytes(self) -> int:
-        """Bytes that the tables take on a disk at the very least."""
-        return _LEAST_BYTES * len(self.question.choices)
+        """Bytes that the tables, and the parts of an unfinished run, take at the very least."""
+        return 2 * _LEAST_BYTES * len(self.question.choices)
 
     def check_memory(self) -> None:
         """Raise SizeError if there are too many choices for memory."""
@@ -112,17 +110,15 @@ class Choices(Task):
 
     def columns(self, table: str) -> tuple[Column, ...]:
         """Return the columns of a table."""
-        if table == "choices":
-            return answer_tables.part_columns(self.question)
-        if table == "named":
-            return answer_tables.named_columns(self.question)
+        if table in (UNFINISHED, "choices"):
+            return answer_tables.choice_columns(self.question)
         if table == "conditions" or self.persons is None:
             return answer_tables.condition_columns(self.question)
         return answer_tables.person_columns(self.question, self.persons)
 
     def rows(self, table: str, index: int) -> int:
-        """Return the number of rows of a part of a table; not of choices that the record names."""
-        if table == "choices":
+        """Return the number of rows of a part of a table."""
+        if table in (UNFINISHED, "choices"):
             return len(self.part(index))
         if table == "conditions" or self.persons is None:
             return len(self.question.conditions)
@@ -130,7 +126,7 @@ class Choices(Task):
         return len(self.persons if people is None else people.persons)
 
     def fill(self, tables: Mapping[str, RowTarget], index: int) -> Note:
-        """Solve the choices of a part, and write them.
+        """Solve the choices of a part, and write them without what only the whole knows.
 
         Returns:
             The note of the part.
@@ -141,7 +137,7 @@ class Choices(Task):
         self.check_stopped()
         part = self.part(index)
         solutions = solve_part(self.solver, np.arange(part.start, part.stop))
-        rows = {"choices": answer_tables.choice_rows(self.question, solutions)}
+        rows = {UNFINISHED: answer_tables.choice_rows(self.question, solutions)}
         if "conditions" in tables:
             rows["conditions"] = answer_tables.condition_rows(self.question)
         for table, target in tables.items():
@@ -186,19 +182,35 @@ class Choices(Task):
         """Return no warnings: the record has its notes."""
         return []
 
-    def final_files(self, record: Mapping[str, Any]) -> Iterator[FinalFile]:
-        """Yield the named choices, and the table of persons or draws; see `last_files`."""
+    def final_files(
+        self, record: Mapping[str, Any], finished: Callable[[int], pa.Table]
+    ) -> Iterator[FinalFile]:
+        """Yield choices, with what the record says of those that it names, and persons or draws.
+
+        Args:
+            record: The record.
+            finished: Reads the choices of a part without what the record says.
+        """
         answer = as_answer(record)
-        yield self._file_of_rows("named", 0, named_rows(answer))
+        named = named_rows(answer)
+        for index in range(self.tables["choices"]):
+            yield self._choices_file(index, finished, named)
         population = answer["population"]
         if self.persons is not None and population is not None:
             yield self._persons_file(self.persons, population)
 
-    def _file_of_rows(self, table: str, index: int, rows: Sequence[ChoiceRecord]) -> FinalFile:
-        """Return a file of a table with rows of the record."""
-        values = answer_tables.from_records(self.columns(table), rows)
-        layout = self.layout(table, index, len(rows))
-        return self.file(table, index), layout, columns_writer(values, (len(rows),))
+    def _choices_file(
+        self, index: int, finished: Callable[[int], pa.Table], named: Sequence[ChoiceRecord]
+    ) -> FinalFile:
+        """Return a file of choices; its part is read when the file is written."""
+        part = self.part(index)
+        of_part = [row for row in named if row["choice"] in part]
+
+        def write(targets: Mapping[str, npt.NDArray[Any]], rows: range) -> None:
+            values = answer_tables.completed_rows(self.question, finished(index), of_part, part)
+            columns_writer(values, (len(part),))(targets, rows)
+
+        return self.file("choices", index), self.layout("choices", index), write
 
     def _persons_file(self, axis: Axis, population: PopulationRecord) -> FinalFile:
         """Return the file of persons or draws under the choice that the record names first."""

@@ -11,7 +11,6 @@ DESIGN = TaskKind(
     tables=(
         TableKind("choices", axes="tendon_cli.cube.axes.choice_axes"),
         TableKind("conditions"),
-        TableKind("named"),
         TableKind("persons"),
         TableKind("draws"),
     ),

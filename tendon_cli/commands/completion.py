@@ -278,7 +278,6 @@ def _columns_of_table(ctx: typer.Context) -> dict[str, str]:
     if source is None:
         return {}
     from tendon_cli.cube.source import file_of, table_in
-    from tendon_cli.tables.named import CHOICES, NAMED, ChoicesTable
     from tendon_cli.tables.read import TableFiles
 
     try:
@@ -286,14 +285,11 @@ def _columns_of_table(ctx: typer.Context) -> dict[str, str]:
             schema = table_in(source).schema
         else:
             file = file_of(source, ctx.params.get("table"))
-            named = file.with_name(NAMED)
-            is_answer = file.name == CHOICES and named.is_file()
             if file.is_dir():
                 file = min(file.glob("part-*.parquet"))
             if not file.is_file():  # opening a pipe would wait
                 return {}
-            table = TableFiles((file,))
-            schema = ChoicesTable(table, TableFiles((named,))).schema if is_answer else table.schema
+            schema = TableFiles((file,)).schema
     except (TendonError, OSError, ValueError):  # errors of Arrow are among the latter two
         return {}
     meanings = {}

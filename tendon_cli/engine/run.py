@@ -133,7 +133,9 @@ def _standing_record(
         return None
     wants_figures = how.draw is not None and _wants_figures(folder, record)
     is_writable = os.access(folder.path, os.W_OK)
-    if (wants_figures and is_writable) or any(damaged_files(folder.path, record)):
+    has_unfinished = not folder.task.unfinished.isdisjoint(contents.of_run)
+    is_asked_to_write = (wants_figures or has_unfinished) and is_writable
+    if is_asked_to_write or any(damaged_files(folder.path, record)):
         return None
     if wants_figures:
         warning = "figures are not drawn: nothing can be written into the folder"
@@ -193,6 +195,7 @@ def compute_parts(
     if how.overwrite:
         folder.clear(contents)
     elif contents.record is not None:
+        folder.drop_unfinished()
         return _repaired(folder, contents.record, maker, runner if how.resume else None)
     else:
         done = folder.standing(contents)
@@ -243,6 +246,7 @@ def _recorded(
     record["warnings"] = task.warnings(record)
     files = {name: file for part in parts for name, file in part.files.items()}
     files |= _written_last(maker, record)
+    files = {name: file for name, file in files.items() if name not in task.unfinished}
     entries = [{"path": name, **asdict(file)} for name, file in files.items()]
     return record | {"files": entries, "seconds": round(time.monotonic() - started, 3)}
 
@@ -258,7 +262,7 @@ def _written_last(
         only: Names of the files to write; None for all.
     """
     written = {}
-    for file in maker.task.final_files(record):
+    for file in maker.task.final_files(record, maker.finished):
         name = file[0]
         if only is None or name in only:
             maker.task.check_stopped()
@@ -293,14 +297,14 @@ def _repaired(
         )
 
     def take(result: PartResult) -> None:
-        for name, file in result.files.items():
-            entries[name].update(asdict(file))
+        for name in result.files.keys() & entries.keys():
+            entries[name].update(asdict(result.files[name]))
 
     folder.prepare()
     missing = [
         index
         for index in range(folder.task.parts)
-        if not set(damaged).isdisjoint(folder.task.files(index).values())
+        if not folder.task.needed_by(index).isdisjoint(damaged)
     ]
     make_parts(maker, runner, missing, take)
     for name, file in _written_last(maker, record, only=damaged).items():

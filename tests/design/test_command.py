@@ -35,7 +35,7 @@ def test_an_answer_is_written_to_its_folder_and_exits_with_0_or_4(tendon, study,
     assert whole.out.startswith(record["text"])
     assert not done.out.startswith(record["text"])
     folder = workplace / "results" / "suit-design"
-    files = {".lock", "choices.parquet", "conditions.parquet", "named.parquet", "design.json"}
+    files = {".lock", "choices.parquet", "conditions.parquet", "design.json"}
     assert {file.name for file in folder.iterdir()} == files
     assert [item.name for item in folder.parent.iterdir()] == ["suit-design"]
     done = tendon("design", study(LOADS), "--no-figures", "--json", "--overwrite")
@@ -71,7 +71,6 @@ DRAWS = CATALOGUE + "[sheath]\nfriction = { mean = 0.07, std = 0.005 }\n[uncerta
 TO_REPAIR = [
     (RANGES, "choices.parquet/part-00000.parquet"),
     (CATALOGUE, "choices.parquet"),
-    (CATALOGUE, "named.parquet"),
     (RANGES, "conditions.parquet"),
     (RANGES, "choices.parquet/part-00005.parquet"),
     (PEOPLE, "persons.parquet"),

@@ -57,8 +57,7 @@ def test_every_answer_has_the_figures_that_its_axes_allow(content, figures, tmp_
     assert {file.stem for file in out.glob("*.png")} == figures
     again = tmp_path / "again"
     again.mkdir()
-    for table in ("choices", "named"):
-        shutil.copy(out / f"{table}.parquet", again)
+    shutil.copy(out / "choices.parquet", again)
     draw_answer(answer.study, again, again, answer.record)
     for name in names:
         assert (again / f"{name}.png").read_bytes() == (out / f"{name}.png").read_bytes()

@@ -138,7 +138,7 @@ def test_what_is_no_run_or_a_damaged_one_is_refused(answered, tmp_path):
     with pytest.raises(InputError, match="is not a ledger"):
         write_report(tmp_path)
     folder = shutil.copytree(answered, tmp_path / "answer")
-    (folder / "named.parquet").write_bytes(b"PAR1")
+    (folder / "choices.parquet").write_bytes(b"PAR1")
     with pytest.raises(InputError, match="not as it was written"):
         write_report(folder)
 
