@@ -175,10 +175,10 @@ class ChoiceRecord(TypedDict):
     """Moment of a trajectory that binds below, s; there with a trajectory alone."""
     to_time: NotRequired[float | None]
     """Moment of a trajectory that binds above, s."""
-    served: float
-    """Largest share that one pretension serves."""
-    served_at: float
-    """Share that `pretension` serves."""
+    served: float | None
+    """Largest share of persons or draws that one pretension serves; null without both."""
+    served_at: float | None
+    """Share of persons or draws that `pretension` serves; null without both."""
     pretension: float | None
     """Pretension to which the choice is set, N."""
     max_tension: float | None
@@ -501,6 +501,8 @@ class ConflictRecord(TypedDict):
     """Distance between the pretensions asked for in the choice nearest to a window, N."""
     nearest: ChoiceRecord
     """The choice nearest to a window."""
+    fails: list[Values]
+    """Conditions that it does not keep at its pretension; none if persons or draws are counted."""
 
 
 class PartRecord(TypedDict):
@@ -570,8 +572,9 @@ class RelaxationRecord(TypedDict):
     """Its pretension, N."""
     printed_pretension: str
     """The pretension, rounded so that it lies in the window, N; empty without one."""
-    served: float
-    """Share that it serves; without one the largest share at the farthest value."""
+    served: float | None
+    """Share of persons or draws that it serves, without a choice the largest at the farthest value;
+    null without both."""
     can_be_built: bool | None
     """False if the flexor's spring then has no room; null without a choice."""
     served_verified: VerifiedRecord | None

@@ -21,6 +21,7 @@ from tendon_cli.answer_record import (
     FixRecord,
     RelaxationRecord,
     TradeOffRecord,
+    Values,
 )
 from tendon_cli.answers.decision import decision_record
 from tendon_cli.answers.exact_numbers import exact_numbers
@@ -64,6 +65,7 @@ from tendon_cli.space.axis import PRETENSION
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows import candidates
 from tendon_cli.windows.candidates import LimitPair
+from tendon_cli.windows.coverage import serves
 from tendon_cli.windows.question import Question, rows_to_prove
 from tendon_cli.windows.solutions import Solutions, solve
 from tendon_cli.windows.solver import Solver
@@ -266,7 +268,7 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
         **_checks(solver, named_first),
         "between_samples": between,
         "proved": [] if proved is None else named.records(proved),
-        "conflicts": [*_conflicts(named, relevant, conflicts)],
+        "conflicts": [*_conflicts(solver, named, relevant, conflicts)],
         "fixes": [*remedies.fixes],
         "would_take": [*remedies.relaxations],
         "notes": [*_notes(question, verifier), *remedies.notes],
@@ -367,7 +369,7 @@ def _between_samples(
         **_certificate_record(of_chosen),
         "choices": of_each,
         "method": PROOF_METHOD,
-        "scope": scope_words(scope.angles, scope.ranges, scope.served, _times(solver.question)),
+        "scope": scope_words(scope.angles, scope.ranges, _times(solver.question)),
         "curves": curves_of(solver, chosen, of_chosen.ends),
     }
 
@@ -508,7 +510,7 @@ def _remedies_of_refuted(search: FreshSearch, chosen: Solutions) -> Remedies:
 
 
 def _conflicts(
-    named: NamedChoices, relevant: Solutions, conflicts: Counter[LimitPair]
+    solver: Solver, named: NamedChoices, relevant: Solutions, conflicts: Counter[LimitPair]
 ) -> Iterator[ConflictRecord]:
     """Yield the limits that leave choices without a window, the most frequent conflict first.
 
@@ -524,7 +526,18 @@ def _conflicts(
             "choices": count,
             "gap": finite_or_none(gap),
             "nearest": named.records(closest)[0],
+            "fails": _failing_conditions(solver, closest),
         }
+
+
+def _failing_conditions(solver: Solver, choice: Solutions) -> list[Values]:
+    """Return the conditions that a choice does not keep; none if persons or draws are counted."""
+    question = solver.question
+    if question.conditions.groups is not None:
+        return []
+    ends = solver.ends(choice.points)
+    is_kept = serves(ends.low, ends.high, choice.pretension[:, np.newaxis])[0]
+    return [condition_values(question, row) for row in np.flatnonzero(~is_kept).tolist()]
 
 
 def named_rows(record: AnswerResults) -> list[ChoiceRecord]:

@@ -130,6 +130,7 @@ def choice_rows(question: Question, choices: Solutions) -> ColumnArrays:
     Texts are places among the `choices` of their column.
     """
     at_pretension = choices.points.at_pretension(choices.pretension)
+    counts = question.conditions.groups is not None
     return {
         **choices.points.columns,
         **_set_by_names(question.choices, question.choices.at(choices.points.numbers)),
@@ -139,8 +140,8 @@ def choice_rows(question: Question, choices: Solutions) -> ColumnArrays:
         "tolerance": choices.tolerance,
         **_of_end(question, choices, "from"),
         **_of_end(question, choices, "to"),
-        "served": choices.served,
-        "served_at": choices.served_at,
+        "served": np.where(counts, choices.served, np.nan),
+        "served_at": np.where(counts, choices.served_at, np.nan),
         "pretension": choices.pretension,
         **{name: getattr(choices.worst, name) for name in WORST},
         "advice": choices.advice,

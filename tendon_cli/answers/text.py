@@ -54,6 +54,7 @@ from tendon_cli.studies.study import keys
 CHANGES = "What relaxing one demand would give, all else equal"
 """Heading of the values that each demand alone would have to take."""
 _MOST_ALTERNATIVES = 8
+_MOST_FAILING = 3
 _MOST_MOVES = 5
 _FAR_APART = 0.1
 """Share by which neighbouring points of a grid differ from which on a finer one is suggested."""
@@ -163,7 +164,9 @@ def _first_sentence(record: AnswerResults, best: ChoiceRecord) -> str:
         start = f"{start} of {pretension_words(question, best)}{where}"
         return f"{start} {_judged(record, best, fresh, judged)}.{rule}"
     served = best["served_at"]
-    whom = _all_of(question) if served >= 1.0 else f"{say.percent(served)} of {_everyone(question)}"
+    whom = _all_of(question)
+    if served is not None and served < 1.0:
+        whom = f"{say.percent(served)} of {_everyone(question)}"
     if question["pretension"] is not None:
         pretension = say.number(question["pretension"])
         margins = phrases.margins(question, best)
@@ -370,7 +373,7 @@ def _table_of_choices(record: AnswerResults, rows: Sequence[tuple[str, ChoiceRec
     for name, row in rows:
         low, high = window_of(row) or (np.nan, np.nan)
         upper = "on" if np.isinf(high) else f"to {say.number(high, 3)}"
-        share = [say.percent(row["served_at"])] if shows_share else []
+        share = [say.percent(row["served_at"] or 0.0)] if shows_share else []
         pretension = row["pretension"]
         lines.append(
             [
@@ -469,9 +472,14 @@ def conflict_words(record: AnswerResults, conflict: ConflictRecord) -> Iterator[
         yield f"{missed}; {phrases.margins(question, row)}"
         return
     yield from phrases.gap_words(question, row, conflict["gap"])
-    has_share = record["conditions"] > 1 and not _are_countless(question)
-    if row["served"] > 0.0 and record["serve"] >= 1.0 and has_share:
-        served = f"{say.percent(row['served'])} of the {question['counted']}"
-        pretension = row["pretension"]
-        if pretension is not None:
-            yield f"{say.number(pretension, 3)} {question['unit']} works for {served}"
+    if row["pretension"] is None:
+        return
+    pretension = f"{say.number(row['pretension'], 3)} {question['unit']}"
+    fails = conflict["fails"]
+    if row["served"] and record["serve"] >= 1.0 and record["conditions"] > 1:
+        yield f"{pretension} works for {say.percent(row['served'])} of the {question['counted']}"
+    elif 0 < len(fails) < record["conditions"] and not _are_countless(question):
+        words = [phrases.condition_words(question, values) for values in fails[:_MOST_FAILING]]
+        more = [f"{len(fails) - len(words)} more"] if len(fails) > len(words) else []
+        of_all = f"{len(fails)} of {record['conditions']} conditions"
+        yield f"{pretension} does not work in {of_all}: {'; '.join([*words, *more])}"

@@ -128,7 +128,7 @@ class RunFolder:
                 f"holds an unfinished run of this study, {done} of {len(parts)} parts are done",
                 "--resume finishes it (in Python resume=True), --overwrite starts over",
             )
-        self._check_nothing_in_the_way(contents, contents.of_run & self.task.names)
+        self._check_nothing_in_the_way(contents, contents.of_run.intersection(self.task.names))
 
     def _difference(self, contents: FolderContents) -> str:
         """Say how the run in the folder differs from the one that is to be run."""

@@ -246,8 +246,8 @@ def _recorded(
     record["warnings"] = task.warnings(record)
     files = {name: file for part in parts for name, file in part.files.items()}
     files |= _written_last(maker, record)
-    files = {name: file for name, file in files.items() if name not in task.unfinished}
-    entries = [{"path": name, **asdict(file)} for name, file in files.items()]
+    kept = [name for name in task.names if name not in task.unfinished]
+    entries = [{"path": name, **asdict(files[name])} for name in kept]
     return record | {"files": entries, "seconds": round(time.monotonic() - started, 3)}
 
 

@@ -166,19 +166,19 @@ class Task(ABC):
             files[self.completed] = self.file(self.completed, index)
         return set(files.values())
 
-    @property
+    @cached_property
     def unfinished(self) -> set[str]:
         """Names of the files that are no longer there when the run is finished."""
         return {self.file(UNFINISHED, index) for index in range(self.tables.get(UNFINISHED, 0))}
 
     @cached_property
-    def names(self) -> set[str]:
-        """Names of all files of tables in the run folder."""
-        return {
+    def names(self) -> tuple[str, ...]:
+        """Names of all files of tables in the run folder, those of a table together."""
+        return tuple(
             self.file(table, index)
             for table, count in self.tables.items()
             for index in range(count)
-        }
+        )
 
     @property
     def run(self) -> tuple[str, str, int]:

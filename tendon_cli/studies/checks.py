@@ -14,9 +14,7 @@ from tendon_cli.model.forms import Need
 from tendon_cli.model.limits import LIMITS, SPEED
 from tendon_cli.quantities import SIDES, dimension_of_reading
 from tendon_cli.space.axis import (
-    DRAW_AXIS,
     NAMED_AXES,
-    PERSON_AXIS,
     PRETENSION,
     READING_ERROR,
     SPRING_AT,
@@ -126,23 +124,20 @@ def without_intervals(study: Study) -> Study:
     return study
 
 
-def check_intervals_are_served(study: Study) -> None:
-    """Check that no share of single conditions is asked for where a number is an interval.
-
-    A share of an interval cannot be counted, one of persons or draws can: then the window
-    holds over the whole interval for each one that is served.
+def check_shares_are_counted(study: Study) -> None:
+    """Check that a share is asked for only where there are persons or draws to count.
 
     Raises:
-        StudyError: The study has intervals, and `serve` below 1 counts conditions.
+        StudyError: `serve` is below 1, or a goal is a share, and the study has neither.
     """
-    if study.serve >= 1.0 or {PERSON_AXIS, DRAW_AXIS} & set(study.axes):
+    if study.has_sample:
         return
-    problem = (
-        f"is an interval, of which no share can be counted: design.serve = {study.serve:g} asks for"
-        " a share of the conditions"
-    )
-    hint = "leave out design.serve, or list single values"
-    faults = [Fault(key, problem, hint) for key in study.intervals]
+    counts = "counts persons or draws, and the study has neither: a load, a case or a posture is"
+    hint = 'leave it out, or state people, uncertain numbers, or a [[table]] with role = "draw"'
+    asks = {"design.serve": study.serve < 1.0}
+    for key in ("minimise", "maximise"):
+        asks[f"design.{key}"] = not {"served", "served_at"}.isdisjoint(getattr(study.design, key))
+    faults = [Fault(key, f"{counts} always kept", hint) for key, asked in asks.items() if asked]
     if faults:
         raise StudyError(faults)
 

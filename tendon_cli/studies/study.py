@@ -411,14 +411,15 @@ class Study(Displayed, StudyTables):
 
     @property
     def serve(self) -> float:
-        """Share of people, draws or conditions that a design must serve, 0 to 1.
-
-        By default all of them must be served, but 0.95 is enough of people or draws.
-        """
+        """Share of persons or draws that a design must serve, 0 to 1; 1 if there are neither."""
         if self.design.serve is not None:
             return self.design.serve.single
-        drawn = {*SAMPLE_AXES, *self.drawn_tables}
-        return 0.95 if self.named_lengths.keys() & drawn else 1.0
+        return 0.95 if self.has_sample else 1.0
+
+    @property
+    def has_sample(self) -> bool:
+        """True if there are persons, draws, or rows that are draws."""
+        return bool(self.named_lengths.keys() & {*SAMPLE_AXES, *self.drawn_tables})
 
     # --- Remarks and record ----------------------------------------------------------------------
 

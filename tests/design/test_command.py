@@ -52,7 +52,7 @@ def test_a_signal_while_an_answer_is_worked_out_ends_with_its_code(
         signal.raise_signal(signal.SIGINT)
         return choices.select([0])
 
-    file = study(RANGES + '[design]\nmaximise = ["tolerance", "served"]\n')
+    file = study(RANGES + '[design]\nmaximise = ["tolerance"]\nminimise = ["max_tension"]\n')
     with monkeypatch.context() as patch:
         patch.setattr(candidates, "compromise", interrupt)
         patch.setattr(record_module, "sensitivities", lambda *_: pytest.fail("it went on"))
@@ -85,7 +85,7 @@ def test_a_damaged_answer_is_repaired_to_the_same_bytes(
     tendon, study, workplace, monkeypatch, hashes_in, text, name
 ):
     monkeypatch.setattr(choices_module, "CHOICES_PER_PART", 9)
-    file = study(f'{text}[design]\nmaximise = ["tolerance", "served"]\n')
+    file = study(f'{text}[design]\nmaximise = ["tolerance"]\nminimise = ["max_tension"]\n')
     words = ("design", file, "--no-figures", "--out", "out")
     assert tendon(*words).exit in (0, 4)  # 4: a fresh sample may refute what few persons chose
     before = hashes_in(workplace / "out")

@@ -102,6 +102,7 @@ class Maker:
         self.rng = random.Random(seed)  # noqa: S311 - a repeatable sample
         self.room = {"choice": 6, "condition": 4}
         self.intervals = 1
+        self.is_uncertain = False
 
     def happens(self, chance):
         """Return True with a probability."""
@@ -208,6 +209,7 @@ class Maker:
 
     def uncertain(self, low, high, unit):
         """Return a distribution about the middle."""
+        self.is_uncertain = True
         middle = low + (high - low) * self.rng.uniform(0.4, 0.6)
         spread = (high - low) * self.rng.uniform(0.02, 0.1)
         about = said(middle, unit)
@@ -522,12 +524,15 @@ class Maker:
     def goals(self, study):
         """Return `[design]`."""
         design = {}
+        counts = self.is_uncertain or "people" in study
         if self.happens(0.3):
             goals = self.rng.sample(GOALS, self.rng.randint(1, 3))
+            if not counts:
+                goals = [goal for goal in goals if goal != "served_at"] or ["tolerance"]
             design["minimise"] = goals[:1] if self.happens(0.5) else goals[0]
             if goals[1:]:
                 design["maximise"] = goals[1:]
-        if self.happens(0.25) and (self.intervals or study.keys() & {"people", "uncertainty"}):
+        if self.happens(0.25) and counts:
             design["serve"] = self.rng.choice(["50 %", 0.8, 1])
         design["verify"] = self.rng.choice([0, 200, 1000])
         if self.happens(0.2):
