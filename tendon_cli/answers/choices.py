@@ -19,7 +19,6 @@ from tendon_cli.answers.people import GroupWindows, people_of, population
 from tendon_cli.answers.record import make_record, named_rows
 from tendon_cli.answers.text import answer_blocks, answer_text
 from tendon_cli.engine.plan import part_range
-from tendon_cli.engine.table_columns import axis_column
 from tendon_cli.engine.task import FinalFile, Note, Task
 from tendon_cli.errors import SizeError
 from tendon_cli.kernel import columns_writer
@@ -29,7 +28,6 @@ from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import RowTarget
 from tendon_cli.windows.candidates import solve_part, summarise
-from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question, question_of, rows_to_prove
 from tendon_cli.windows.solver import Solver
 
@@ -215,11 +213,7 @@ class Choices(Task):
     def _persons_file(self, axis: Axis, population: PopulationRecord) -> FinalFile:
         """Return the file of persons or draws under the choice that the record names first."""
         table = f"{axis.key}s"
-        columns = {}
-        for along in self.question.choices.axes:
-            value = answer_tables.as_value(axis_column(along), population["values"][along.column])
-            columns[along.column] = np.array([value])
-        chosen = Points.of_columns(self.question.choices, columns, 1)
+        chosen = self.question.points(np.array([population["choice"]]))
         pretension = np.nan if population["pretension"] is None else population["pretension"]
         windows = GroupWindows.of(self.solver, chosen)
         rows = answer_tables.person_rows(self.question, axis, windows, chosen, pretension)
