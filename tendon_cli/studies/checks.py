@@ -17,6 +17,7 @@ from tendon_cli.space.axis import (
     NAMED_AXES,
     PRETENSION,
     READING_ERROR,
+    SAMPLE_AXES,
     SPRING_AT,
     of_side,
     split_side,
@@ -130,14 +131,19 @@ def check_shares_are_counted(study: Study) -> None:
     Raises:
         StudyError: `serve` is below 1, or a goal is a share, and the study has neither.
     """
-    if study.has_sample:
+    if not {*SAMPLE_AXES, *study.drawn_tables}.isdisjoint(study.axes):
         return
-    counts = "counts persons or draws, and the study has neither: a load, a case or a posture is"
+    problem = (
+        "{} persons or draws, and the study has neither: a load, a case or a posture is always kept"
+    )
     hint = 'leave it out, or state people, uncertain numbers, or a [[table]] with role = "draw"'
-    asks = {"design.serve": study.serve < 1.0}
+    faults = []
+    if study.serve < 1.0:
+        faults.append(Fault("design.serve", problem.format("counts"), hint))
     for key in ("minimise", "maximise"):
-        asks[f"design.{key}"] = not {"served", "served_at"}.isdisjoint(getattr(study.design, key))
-    faults = [Fault(key, f"{counts} always kept", hint) for key, asked in asks.items() if asked]
+        shares = [goal for goal in getattr(study.design, key) if goal in ("served", "served_at")]
+        about = [problem.format(f'"{goal}" counts') for goal in shares]
+        faults += [Fault(f"design.{key}", words, hint) for words in about]
     if faults:
         raise StudyError(faults)
 

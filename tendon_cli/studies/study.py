@@ -414,12 +414,8 @@ class Study(Displayed, StudyTables):
         """Share of persons or draws that a design must serve, 0 to 1; 1 if there are neither."""
         if self.design.serve is not None:
             return self.design.serve.single
-        return 0.95 if self.has_sample else 1.0
-
-    @property
-    def has_sample(self) -> bool:
-        """True if there are persons, draws, or rows that are draws."""
-        return bool(self.named_lengths.keys() & {*SAMPLE_AXES, *self.drawn_tables})
+        drawn = {*SAMPLE_AXES, *self.drawn_tables}
+        return 0.95 if self.named_lengths.keys() & drawn else 1.0
 
     # --- Remarks and record ----------------------------------------------------------------------
 
