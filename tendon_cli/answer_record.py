@@ -39,7 +39,9 @@ class AxisRecord(TypedDict):
     named: bool
     """True if its values are names."""
     range: list[float] | None
-    """Both ends of a range, between which a value is chosen, SI; null for a catalogue."""
+    """Both ends of a range of which a grid is tried, SI; null for a catalogue."""
+    step: float | None
+    """Largest share by which neighbouring points of the grid differ; null for a catalogue."""
     sets: dict[str, dict[str, float]] | None
     """Numbers that tell each row of a named axis from the others, SI, by the row's name and their
     keys; null for another axis. Rows told by no number, or by many, are left out; of very many rows
@@ -143,8 +145,6 @@ class ChoiceRecord(TypedDict):
 
     choice: int
     """Row in `choices.parquet`."""
-    refined: bool
-    """True for a point between those of the grid."""
     pretension_from: float | None
     """Lower end of the window, N; null if no pretension could do."""
     pretension_to: float | None
@@ -177,10 +177,10 @@ class ChoiceRecord(TypedDict):
     """Moment of a trajectory that binds below, s; there with a trajectory alone."""
     to_time: NotRequired[float | None]
     """Moment of a trajectory that binds above, s."""
-    served: float
-    """Largest share that one pretension serves."""
-    served_at: float
-    """Share that `pretension` serves."""
+    served: float | None
+    """Largest share of persons or draws that one pretension serves; null without both."""
+    served_at: float | None
+    """Share of persons or draws that `pretension` serves; null without both."""
     pretension: float | None
     """Pretension to which the choice is set, N."""
     max_tension: float | None
@@ -503,6 +503,8 @@ class ConflictRecord(TypedDict):
     """Distance between the pretensions asked for in the choice nearest to a window, N."""
     nearest: ChoiceRecord
     """The choice nearest to a window."""
+    fails: list[Values]
+    """Conditions that it does not keep at its pretension; none if persons or draws are counted."""
 
 
 class PartRecord(TypedDict):
@@ -572,8 +574,9 @@ class RelaxationRecord(TypedDict):
     """Its pretension, N."""
     printed_pretension: str
     """The pretension, rounded so that it lies in the window, N; empty without one."""
-    served: float
-    """Share that it serves; without one the largest share at the farthest value."""
+    served: float | None
+    """Share of persons or draws that it serves, without a choice the largest at the farthest value;
+    null without both."""
     can_be_built: bool | None
     """False if the flexor's spring then has no room; null without a choice."""
     served_verified: VerifiedRecord | None
@@ -782,8 +785,6 @@ class BestRecord(TypedDict):
     """Largest share of the range of any goal that the best compromise gives up."""
     window_for_all: Sequence[float | None] | None
     """Window that serves all, N, if fewer are enough and there is one."""
-    gains: dict[str, float]
-    """Share by which a refined choice beats the best of the grid, by goal's column."""
     front: list[ChoiceRecord]
     """Choices that no other beats in every goal, in the order of the first goal."""
     setting: SettingRecord | None

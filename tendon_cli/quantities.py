@@ -145,7 +145,7 @@ _OF_STUDIES = (
     _quantity("elbow_speed", "θ̇", "angular speed", "speed of the elbow along the trajectory"),
     # Limits of a design that have no column yet, and what is asked of one.
     _quantity("max_pretension", "max F₀", "force", "largest pretension"),
-    _quantity("serve", "share", "number", "share of people, draws or conditions that is enough"),
+    _quantity("serve", "share", "number", "share of persons or draws that is enough; a condition is always kept"),
 )  # fmt: skip
 
 _OF_STATES = (  # columns in their order
@@ -212,7 +212,7 @@ _OF_LIMITS = (  # over all states of a design, if the study states what the limi
 
 _OF_WINDOWS = (
     _quantity("tolerance", "±F₀", "number", "share by which the pretension may be wrong, about the middle of the window"),
-    _quantity("served", "served", "number", "largest share of people, draws or conditions that one pretension serves"),
+    _quantity("served", "served", "number", "largest share of persons or draws that one pretension serves; null without both"),
     _quantity("set_flexor_tension", "set F_o^f", "force", "tension to set in the flexor at the joint"),
     _quantity("set_extensor_tension", "set F_o^e", "force", "tension to set in the extensor at the joint"),
     _quantity("set_flexor_tension_motor", "set F_I^f", "force", "tension to set in the flexor at the motor"),
@@ -223,7 +223,7 @@ _OF_WINDOWS = (
     _quantity("served_verified_high", "served* high", "number", "upper end of the 95 % interval of served_verified"),
     _quantity("verified_from", "from*", "force", "smallest pretension that serves enough of the fresh sample"),
     _quantity("verified_to", "to*", "force", "largest pretension that serves enough of the fresh sample"),
-    _quantity("served_at", "served at", "number", "share of people, draws or conditions that the pretension serves"),
+    _quantity("served_at", "served at", "number", "share of persons or draws that the pretension serves; null without both"),
 )  # fmt: skip
 
 _OF_CYCLES = (  # both strokes of a design at a speed of the elbow

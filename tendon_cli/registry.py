@@ -22,6 +22,11 @@ KINDS: tuple[str, ...] = (
 """Names of the kinds of tasks, in the order in which they are listed."""
 
 
+UNFINISHED = "unfinished"
+"""Table that holds the finished parts of an unfinished run, of a task that completes their rows
+when it knows the whole; it goes as soon as the run is recorded."""
+
+
 class TableKind(NamedTuple):
     """A table that a task writes."""
 
@@ -34,8 +39,6 @@ class TableKind(NamedTuple):
     """
     always: tuple[str, ...] = ()
     """Columns that every such table has, besides those of its axes."""
-    beyond: str = ""
-    """Column that is true in rows that follow after those of the product; empty without such."""
 
 
 class SettingOption(NamedTuple):
@@ -167,6 +170,11 @@ def table_kinds() -> Mapping[str, TableKind]:
 def _table_kinds(names: tuple[str, ...]) -> dict[str, TableKind]:
     """Collect the tables of kinds of tasks by their names."""
     return {table.name: table for kind in _kinds(names).values() for table in kind.tables}
+
+
+def tables_in_folders() -> tuple[str, ...]:
+    """Return the names of all tables that a run may have in its folder, finished or not."""
+    return (*table_kinds(), UNFINISHED)
 
 
 def load(name: str) -> Any:

@@ -20,14 +20,11 @@ from tendon_cli.answer_record import (
 )
 from tendon_cli.answers.text_short import short_text
 from tendon_cli.engine.results import Result, along_own_axes, framed, variables_of, xarray_library
-from tendon_cli.registry import by_name, load
-from tendon_cli.tables.named import CHOICES, ChoicesTable, open_choices
-from tendon_cli.tables.read import AnyTable, TableInMemory
+from tendon_cli.registry import load
 from tendon_cli.windows.question import Goal
 
 if TYPE_CHECKING:
     import pandas as pd
-    import pyarrow as pa
     import xarray as xr
 
 _MOST_WINDOWS = 10**7
@@ -114,22 +111,6 @@ class Answer(Result):
         """The answer in at most 14 lines of 100 characters, blank ones not counted."""
         return short_text(self._answer)
 
-    def kept(self, name: str) -> AnyTable:
-        """Return a table in the folder of the answer, every byte verified; raises InputError.
-
-        Choices are joined with what the whole answer says of those that it names.
-        """
-        if name != "choices":
-            return super().kept(name)
-        return open_choices(Path(self.folder or "") / CHOICES, by_name(self.record))
-
-    def table(self, name: str) -> pa.Table:
-        """Return a table as Arrow has it, choices joined as `kept` has them; raises InputError."""
-        if name == "choices" and name in self.tables:
-            named = TableInMemory(self.tables["named"])
-            return ChoicesTable(TableInMemory(self.tables[name]), named).read()
-        return super().table(name)
-
     @cached_property
     def choices(self) -> pd.DataFrame:
         """Table with a row per choice."""
@@ -176,14 +157,12 @@ class Answer(Result):
     def to_xarray(self) -> xr.Dataset:
         """Return the columns of choices over their axes, and their windows under each condition.
 
-        Refined choices are left out. `window_from` and `window_to`, the window under each condition
-        alone, are worked out from the recorded study, for up to ten million windows.
+        `window_from` and `window_to`, the window under each condition alone, are worked out from
+        the recorded study, for up to ten million windows.
 
         Raises:
             UsageError: The package xarray is missing.
         """
-        import pyarrow.compute as pc  # only who asks for this pays for its import
-
         from tendon_cli.answers.tables import choice_columns
         from tendon_cli.quantities import unit_of_reading
         from tendon_cli.windows.question import question_of
@@ -191,11 +170,10 @@ class Answer(Result):
 
         library = xarray_library()
         table = self.table("choices")
-        grid = table.filter(pc.invert(table.column("refined")))
         question = question_of(self.study)
         sizes = {axis.column: len(axis) for axis in question.choices.axes}
         names = [column.name for column in choice_columns(question) if column.is_axis]
-        choices = variables_of(grid, sizes)
+        choices = variables_of(table, sizes)
         conditions = variables_of(
             self.table("conditions"), {"condition": self.record["conditions"]}
         )

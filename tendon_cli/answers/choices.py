@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import threading
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
 
 from tendon_cli.answer_record import ChoiceRecord, PopulationRecord, as_answer
 from tendon_cli.answers import tables as answer_tables
@@ -18,16 +19,15 @@ from tendon_cli.answers.people import GroupWindows, people_of, population
 from tendon_cli.answers.record import make_record, named_rows
 from tendon_cli.answers.text import answer_blocks, answer_text
 from tendon_cli.engine.plan import part_range
-from tendon_cli.engine.table_columns import axis_column
 from tendon_cli.engine.task import FinalFile, Note, Task
 from tendon_cli.errors import SizeError
 from tendon_cli.kernel import columns_writer
+from tendon_cli.registry import UNFINISHED
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import RowTarget
-from tendon_cli.windows.candidates import may_refine, solve_part, summarise
-from tendon_cli.windows.points import Points
+from tendon_cli.windows.candidates import solve_part, summarise
 from tendon_cli.windows.question import Question, affords_motion, question_of, rows_to_prove
 from tendon_cli.windows.solver import Solver
 
@@ -43,6 +43,7 @@ class Choices(Task):
     """Task that solves every choice of a question under its conditions, and records the answer."""
 
     kind = DESIGN
+    completed = "choices"
 
     def __init__(self, question: Question, stop: threading.Event | None = None) -> None:
         self.question = question
@@ -76,22 +77,15 @@ class Choices(Task):
         Parts of choices follow from the question alone; conditions are one part.
         """
         parts = -(-len(self.question.choices) // self.length)
-        tables = Counter(choices=parts, conditions=1)
-        tables.update(self.last_files)
-        return dict(tables)
-
-    @cached_property
-    def last_files(self) -> dict[str, int]:
-        """Files that follow from the record.
-
-        These are the choices between the points of the grid, if the question lets any be found; the
-        named choices; and the persons or draws.
-        """
-        tables = ["choices"] if may_refine(self.question) else []
-        tables.append("named")
+        tables = {UNFINISHED: parts, "choices": parts, "conditions": 1}
         if self.persons is not None:
-            tables.append(f"{self.persons.key}s")
-        return dict.fromkeys(tables, 1)
+            tables[f"{self.persons.key}s"] = 1
+        return tables
+
+    @property
+    def last_tables(self) -> tuple[str, ...]:
+        """Choices, and persons or draws, which follow from the record."""
+        return tuple(table for table in self.tables if table not in (UNFINISHED, "conditions"))
 
     @property
     def length(self) -> int:
@@ -104,8 +98,8 @@ class Choices(Task):
 
     @property
     def least_bytes(self) -> int:
-        """Bytes that the tables take on a disk at the very least."""
-        return _LEAST_BYTES * len(self.question.choices)
+        """Bytes that the tables, and the parts of an unfinished run, take at the very least."""
+        return 2 * _LEAST_BYTES * len(self.question.choices)
 
     def check_memory(self) -> None:
         """Raise SizeError if there are too many choices for memory."""
@@ -115,17 +109,15 @@ class Choices(Task):
 
     def columns(self, table: str) -> tuple[Column, ...]:
         """Return the columns of a table."""
-        if table == "choices":
-            return answer_tables.part_columns(self.question)
-        if table == "named":
-            return answer_tables.named_columns(self.question)
+        if table in (UNFINISHED, "choices"):
+            return answer_tables.choice_columns(self.question)
         if table == "conditions" or self.persons is None:
             return answer_tables.condition_columns(self.question)
         return answer_tables.person_columns(self.question, self.persons)
 
     def rows(self, table: str, index: int) -> int:
-        """Return the number of rows of a part of a table; not of choices that the record names."""
-        if table == "choices":
+        """Return the number of rows of a part of a table."""
+        if table in (UNFINISHED, "choices"):
             return len(self.part(index))
         if table == "conditions" or self.persons is None:
             return len(self.question.conditions)
@@ -133,7 +125,7 @@ class Choices(Task):
         return len(self.persons if people is None else people.persons)
 
     def fill(self, tables: Mapping[str, RowTarget], index: int) -> Note:
-        """Solve the choices of a part, and write them.
+        """Solve the choices of a part, and write them without what only the whole knows.
 
         Returns:
             The note of the part.
@@ -144,8 +136,7 @@ class Choices(Task):
         self.check_stopped()
         part = self.part(index)
         solutions = solve_part(self.solver, np.arange(part.start, part.stop))
-        refined = np.zeros(len(part), dtype=np.bool_)
-        rows = {"choices": answer_tables.choice_rows(self.question, solutions, refined)}
+        rows = {UNFINISHED: answer_tables.choice_rows(self.question, solutions)}
         if "conditions" in tables:
             rows["conditions"] = answer_tables.condition_rows(self.question)
         for table, target in tables.items():
@@ -190,42 +181,40 @@ class Choices(Task):
         """Return no warnings: the record has its notes."""
         return []
 
-    def final_files(self, record: Mapping[str, Any]) -> Iterator[FinalFile]:
-        """Yield the files that follow from the whole record.
-
-        They are the last part of the choices, which are between the points of the grid; the named
-        choices; and the table of persons or draws.
+    def final_files(
+        self, record: Mapping[str, Any], finished: Callable[[int], pa.Table]
+    ) -> Iterator[FinalFile]:
+        """Yield choices, with what the record says of those that it names, and persons or draws.
 
         Args:
-            record: The record of the answer.
+            record: The record.
+            finished: Reads the choices of a part without what the record says.
         """
         answer = as_answer(record)
         named = named_rows(answer)
-        if "choices" in self.last_files:
-            # The table says what the study's own sample does; only feasible choices are refined.
-            refined = [row.copy() for row in named if row["refined"]]
-            for row in refined:
-                row["feasible"] = True
-            yield self._file_of_rows("choices", self.tables["choices"] - 1, refined)
-        yield self._file_of_rows("named", 0, named)
+        for index in range(self.tables["choices"]):
+            yield self._choices_file(index, finished, named)
         population = answer["population"]
         if self.persons is not None and population is not None:
             yield self._persons_file(self.persons, population)
 
-    def _file_of_rows(self, table: str, index: int, rows: Sequence[ChoiceRecord]) -> FinalFile:
-        """Return a file of a table with rows of the record."""
-        values = answer_tables.from_records(self.columns(table), rows)
-        layout = self.layout(table, index, len(rows))
-        return self.file(table, index), layout, columns_writer(values, (len(rows),))
+    def _choices_file(
+        self, index: int, finished: Callable[[int], pa.Table], named: Sequence[ChoiceRecord]
+    ) -> FinalFile:
+        """Return a file of choices; its part is read when the file is written."""
+        part = self.part(index)
+        of_part = [row for row in named if row["choice"] in part]
+
+        def write(targets: Mapping[str, npt.NDArray[Any]], rows: range) -> None:
+            values = answer_tables.completed_rows(self.question, finished(index), of_part, part)
+            columns_writer(values, (len(part),))(targets, rows)
+
+        return self.file("choices", index), self.layout("choices", index), write
 
     def _persons_file(self, axis: Axis, population: PopulationRecord) -> FinalFile:
         """Return the file of persons or draws under the choice that the record names first."""
         table = f"{axis.key}s"
-        columns = {}
-        for along in self.question.choices.axes:
-            value = answer_tables.as_value(axis_column(along), population["values"][along.column])
-            columns[along.column] = np.array([value])
-        chosen = Points.of_columns(self.question.choices, columns, 1)
+        chosen = self.question.points(np.array([population["choice"]]))
         pretension = np.nan if population["pretension"] is None else population["pretension"]
         windows = GroupWindows.of(self.solver, chosen)
         rows = answer_tables.person_rows(self.question, axis, windows, chosen, pretension)

@@ -30,7 +30,7 @@ def decision_record(
     Args:
         question: The question.
         notes: Notes of all parts.
-        choices: Choices of the grid that may be named, before any proof.
+        choices: Choices that may be named, before any proof.
         best: The choice.
         accuracy: Accuracy of setting as a length of both tendons, m.
     """
@@ -58,8 +58,7 @@ def decision_record(
         "broken_by": [],
         "no_effect": without_effect(note["windows"] for note in notes),
     }
-    is_of_grid = best.row[0] < len(question.choices)
-    if is_of_grid and left[-1].sure > 1:
+    if left[-1].sure > 1:
         with_window = choices.select(choices.feasible)
         scores = order.scores(with_window)
         tied = last_stage(scores[:, :-1])

@@ -9,9 +9,8 @@ DESIGN = TaskKind(
     record="design.json",
     counts=("choices", "conditions", "feasible"),
     tables=(
-        TableKind("choices", axes="tendon_cli.cube.axes.choice_axes", beyond="refined"),
+        TableKind("choices", axes="tendon_cli.cube.axes.choice_axes"),
         TableKind("conditions"),
-        TableKind("named"),
         TableKind("persons"),
         TableKind("draws"),
     ),

@@ -9,17 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
-from tendon_cli.answer_record import ChoiceRecord, value_of
+from tendon_cli.answer_record import ChoiceRecord
 from tendon_cli.model.kinematics import Flags
 from tendon_cli.studies.study import Study
-from tendon_cli.studies.values import RIGID
 from tendon_cli.windows.coverage import normalise
-from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import Question, question_of
+from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solver import Solver
 from tendon_cli.windows.verification import Verified, Verifier
 
@@ -95,25 +93,14 @@ def paired_shares(
     reason = _why_other_sample(questions[0].study, questions[1].study)
     if reason is not None:
         return reason
-    before, now = (
-        judge.judge_at(points_of(question, choice), float(choice["pretension"] or 0.0))
-        for judge, question, choice in zip((first, second), questions, choices, strict=True)
-    )
     pretensions = [float(choice["pretension"] or 0.0) for choice in choices]
+    before, now = (
+        judge.judge_at(question.points(np.array([choice["choice"]])), pretension)
+        for judge, question, choice, pretension in zip(
+            (first, second), questions, choices, pretensions, strict=True
+        )
+    )
     return _shares(before, now, pretensions)
-
-
-def points_of(question: Question, choice: ChoiceRecord) -> Points:
-    """Return a recorded choice as a point of its question."""
-    columns: dict[str, Any] = {}
-    for axis in question.choices.axes:
-        value = value_of(choice, axis.column)
-        if axis.names:
-            columns[axis.column] = np.array([axis.names.index(str(value))])
-        else:
-            number = math.inf if value == RIGID else float(value)
-            columns[axis.column] = np.array([number])
-    return Points.of_columns(question.choices, columns, 1)
 
 
 def _why_other_sample(first: Study, second: Study) -> str | None:

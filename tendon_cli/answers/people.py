@@ -359,14 +359,15 @@ def _sizes(solver: Solver, chosen: Solutions) -> Iterator[tuple[str, list[SizeRe
     groups = question.groups.select(np.arange(persons * draws))
     weighting = groups.weighting[::draws]
     of_persons = solver.for_question(question.for_conditions(np.arange(len(groups.of))))
+    at_chosen = question.choices.places(chosen.row)
     for axis in question.choices.axes:
         along = evenly_spaced(len(axis), _MOST_ALONG)
         has_sizes = any(limit_of(key) is None for key in axis.keys)
         if len(along) < 2 or not has_sizes:
             continue
-        columns = dict(chosen.points.repeat(len(along)).columns)
-        columns[axis.column] = along if axis.names else axis.values[along]
-        ends = of_persons.ends(Points.of_columns(question.choices, columns, len(along)))
+        places = np.broadcast_arrays(*(at_chosen | {axis.key: along}).values())
+        rows = np.ravel_multi_index(places, question.choices.shape)
+        ends = of_persons.ends(question.points(rows))
         low, high = groups.windows(ends.low, ends.high)
         if draws > 1:  # a person's window serves enough of the draws
             covered = coverage.share_served(

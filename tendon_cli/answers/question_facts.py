@@ -120,13 +120,17 @@ def goal_record(goal: Goal) -> GoalRecord:
 def _axis_record(axis: Axis, read: str) -> AxisRecord:
     """Return the record of an axis in a question in which a gauge is read."""
     both_ends = None
+    step = None
     if axis.is_range:
         both_ends = [float(axis.values.min()), float(axis.values.max())]
+        larger = np.maximum(np.abs(axis.values[:-1]), np.abs(axis.values[1:]))
+        step = float(np.max(np.abs(np.diff(axis.values)) / larger, initial=0.0))
     record: AxisRecord = {
         "key": axis.key,
         "column": axis.column,
         "named": axis.is_text,
         "range": both_ends,
+        "step": step,
         "sets": _told(axis) if isinstance(axis, NamedAxis) else None,
         "limits": {},
     }

@@ -21,6 +21,7 @@ from tendon_cli.answer_record import (
     FixRecord,
     RelaxationRecord,
     TradeOffRecord,
+    Values,
 )
 from tendon_cli.answers.decision import decision_record
 from tendon_cli.answers.exact_numbers import exact_numbers
@@ -62,21 +63,18 @@ from tendon_cli.model.kinematics import Rows
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
 from tendon_cli.model.window import Ends
 from tendon_cli.proof.certify import Certificate, Report, certify
-from tendon_cli.space.axis import PRETENSION, evenly_spaced
+from tendon_cli.space.axis import PRETENSION
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows import candidates
 from tendon_cli.windows.candidates import LimitPair
-from tendon_cli.windows.order import EQUAL, Order
+from tendon_cli.windows.coverage import serves
 from tendon_cli.windows.question import Question, affords_motion, rows_to_prove
 from tendon_cli.windows.solutions import Solutions, solve
 from tendon_cli.windows.solver import Solver
 from tendon_cli.windows.verification import Verified, Verifier
 
-_REFINED_ON_FRONT = 24
-"""Most choices of a front that are refined between the points of the grid."""
-
-Certificates = dict[tuple[float, ...], Certificate]
-"""Certificates by the values that their choices have of each axis, in the order of the proofs."""
+Certificates = dict[int, Certificate]
+"""Certificates by the rows of their choices, in the order of the proofs."""
 
 
 class Remedies(NamedTuple):
@@ -94,48 +92,29 @@ class NamedChoices:
     question: Question
     best: dict[str, Solutions] = field(default_factory=dict)
     """Best choice by each goal's column; the best compromise of a front under an empty name."""
-    gains: dict[str, float] = field(default_factory=dict)
-    """Share of its score by which a refined choice beats the best of the grid, by goal's column."""
     front: Solutions | None = None
     """Choices that no other beats, in the order of the first goal; None without several goals."""
     given_up: float | None = None
     """Largest share of the span of any goal on the front that the best compromise gives up."""
     verified: dict[int, Verified] = field(default_factory=dict)
     """Judgements of a fresh sample by the rows of the choices."""
-    places: dict[tuple[Any, ...], int] = field(default_factory=dict)
-    """Order of choices between the points of the grid in the table, by their values."""
 
     @classmethod
-    def of(cls, solver: Solver, choices: Solutions) -> NamedChoices:
-        """Return the best of some choices, refined between the points of the grid if possible."""
-        question = solver.question
+    def of(cls, question: Question, choices: Solutions) -> NamedChoices:
+        """Return the best of some choices of a question."""
         named = cls(question)
         feasible = choices.select(choices.feasible)
         if not len(feasible):
             return named
-        for name, order in candidates.orders_of(question).items():
-            start = feasible.select([order.best(feasible)])
-            best = candidates.refine_choice(solver, order, start) or start
-            named.best[name] = best
-            if best is not start:
-                named.gains |= _gain(order, start, best)
         if len(question.goals) > 1:
-            on_front = _front(solver, feasible, list(named.best.values()))
-            named.front = named.with_rows(on_front)
-            scores = named.front.scores(question.goals)
-            named.best = {"": candidates.compromise(question, named.front)}
-            named.given_up = float(candidates.losses(scores).max(axis=1).min())
-        named.best = {column: named.with_rows(choice) for column, choice in named.best.items()}
+            named.front = candidates.front_of(question, feasible)
+            named.best[""] = candidates.compromise(question, named.front)
+            lost = candidates.losses(named.front.scores(question.goals))
+            named.given_up = float(lost.max(axis=1).min())
+            return named
+        for name, order in candidates.orders_of(question).items():
+            named.best[name] = feasible.select([order.best(feasible)])
         return named
-
-    def with_rows(self, choices: Solutions) -> Solutions:
-        """Give choices without a row one after the rows of the grid; equal choices share theirs."""
-        rows = choices.row.copy()
-        for place in np.flatnonzero(rows < 0):
-            values = tuple(column[place].item() for column in choices.points.columns.values())
-            after_grid = self.places.setdefault(values, len(self.places))
-            rows[place] = len(self.question.choices) + after_grid
-        return choices.with_row(rows)
 
     def certify(self, solver: Solver, certificates: Certificates, report: Report) -> None:
         """Prove the windows of all choices, beginning with the one that is named first."""
@@ -173,9 +152,8 @@ class NamedChoices:
 
     def records(self, choices: Solutions) -> list[ChoiceRecord]:
         """Return choices as rows of the table for JSON, with their rows and what binds them."""
-        is_refined = choices.row >= len(self.question.choices)
         on_front = np.isin(choices.row, self.rows_on_front)
-        rows = choice_rows(self.question, choices, is_refined) | {"on_front": on_front}
+        rows = choice_rows(self.question, choices) | {"on_front": on_front}
         columns = choice_columns(self.question)
         records = as_records(tuple(one for one in columns if one.name not in VERIFIED), rows)
         return [
@@ -199,37 +177,6 @@ class NamedChoices:
         return cast("ChoiceRecord", own)
 
 
-def _front(solver: Solver, feasible: Solutions, bests: list[Solutions]) -> Solutions:
-    """Return the front, its choices refined between the points of the grid if possible.
-
-    Args:
-        solver: Solver of the question, which has at least two goals.
-        feasible: Choices of the grid with a window.
-        bests: The best choice by each goal.
-    """
-    question = solver.question
-    on_front = candidates.front_of(question, feasible)
-    count = len(on_front)
-    if count > _REFINED_ON_FRONT and any(axis.is_range for axis in question.choices.axes):
-        on_front = on_front.select(evenly_spaced(count, _REFINED_ON_FRONT))
-    choices = []
-    for place in range(len(on_front)):
-        choice = on_front.select([place])
-        refined = candidates.refine_choice(solver, Order.of(question), choice)
-        choices.append(refined or choice)
-    return candidates.front_of(question, Solutions.concatenate(choices + bests))
-
-
-def _gain(order: Order, start: Solutions, best: Solutions) -> dict[str, float]:
-    """Return the share of its score that a refined choice gains, by the goal that decides it."""
-    for goal in order.goals:
-        before = start.scores((goal,)).item()
-        after = best.scores((goal,)).item()
-        if before and after > before + EQUAL * abs(before):
-            return {goal.column: (after - before) / abs(before)}
-    return {}
-
-
 def certify_all(
     solver: Solver, choices: Solutions, certificates: Certificates, report: Report
 ) -> Solutions:
@@ -244,10 +191,10 @@ def certify_all(
     proved = []
     for place in range(len(choices)):
         choice = choices.select([place])
-        values = tuple(float(column[0]) for column in choice.points.columns.values())
-        if values not in certificates:
-            certificates[values] = certify(solver, choice, report)
-        proved.append(certificates[values].solution)
+        row = choice.row.item()
+        if row not in certificates:
+            certificates[row] = certify(solver, choice, report)
+        proved.append(certificates[row].solution)
     return Solutions.concatenate(proved)
 
 
@@ -285,7 +232,7 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
     with_motion = replace(solver, with_motion=affords_motion(question, len(rows)))
     solver = replace(solver, with_motion=False)
     relevant = solve(with_motion, question.points(rows))
-    of_grid = relevant
+    before_proofs = relevant
     feasible = sum(note["feasible"] for note in notes)
     conflicts = Counter[LimitPair]()
     for note in notes:
@@ -325,7 +272,7 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
         **_checks(solver, named_first),
         "between_samples": between,
         "proved": [] if proved is None else named.records(proved),
-        "conflicts": [*_conflicts(named, relevant, conflicts)],
+        "conflicts": [*_conflicts(solver, named, relevant, conflicts)],
         "fixes": [*remedies.fixes],
         "would_take": [*remedies.relaxations],
         "notes": [*_notes(question, verifier), *remedies.notes],
@@ -334,7 +281,7 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
     setting = record["setting"]
     if chosen is not None and setting is not None:
         accuracy = setting["accuracy"]
-        record["decided"] = decision_record(question, notes, of_grid, chosen, accuracy)
+        record["decided"] = decision_record(question, notes, before_proofs, chosen, accuracy)
     row_of_first = named.records(named_first)[0]
     record["question"] = with_named_rows(record["question"], (record, row_of_first))
     return Made(record, named_first, row_of_first, judged)
@@ -361,7 +308,7 @@ def _with_proofs(solver: Solver, relevant: Solutions, to_prove: Rows, report: Re
         report: Called as each proof goes on.
     """
     while True:
-        named = NamedChoices.of(solver, relevant)
+        named = NamedChoices.of(solver.question, relevant)
         certificates: Certificates = {}
         named.certify(solver, certificates, report)
         proved = None
@@ -393,14 +340,10 @@ def _trade_offs(
 
     Args:
         named: Choices that the answer names.
-        choices: Relevant choices of the grid.
+        choices: Relevant choices.
         certificates: Certificates of the choices whose windows were proved.
     """
     question = named.question
-    proved = {
-        certificate.solution.row.item(): certificate.solution
-        for certificate in certificates.values()
-    }
     feasible = choices.select(choices.feasible)
     axes = {axis.key: axis for axis in question.choices.axes}
     for key, of_values in candidates.by_limits(question, feasible).items():
@@ -409,7 +352,9 @@ def _trade_offs(
             record = None
             if len(rows):
                 first = candidates.named_first(question, feasible.select(rows))
-                (record,) = named.records(proved.get(first.row.item(), first))
+                certificate = certificates.get(first.row.item())
+                proved = first if certificate is None else certificate.solution
+                (record,) = named.records(proved)
             best.append(record)
         values = [value_at(axes[key], place) for place in range(len(axes[key]))]
         yield {"key": key, "column": axes[key].column, "values": values, "best": best}
@@ -421,14 +366,14 @@ def _between_samples(
     """Return the record of all proofs, with the scope and curves of the choice named first."""
     scope = of_chosen.scope
     of_each: list[ChoiceCertificate] = [
-        {"choice": certificate.solution.row.item(), **_certificate_record(certificate)}
-        for certificate in certificates.values()
+        {"choice": row, **_certificate_record(certificate)}
+        for row, certificate in certificates.items()
     ]
     return {
         **_certificate_record(of_chosen),
         "choices": of_each,
         "method": PROOF_METHOD,
-        "scope": scope_words(scope.angles, scope.ranges, scope.served, _times(solver.question)),
+        "scope": scope_words(scope.angles, scope.ranges, _times(solver.question)),
         "curves": curves_of(solver, chosen, of_chosen.ends),
     }
 
@@ -482,7 +427,6 @@ def _best_record(
         "decided": None,
         "given_up": named.given_up,
         "window_for_all": None if ends is None else _window_for_all(question, ends),
-        "gains": named.gains,
         "front": [] if named.front is None else named.records(named.front),
         "setting": None,
         "drift": None,
@@ -573,7 +517,7 @@ def _remedies_of_refuted(search: FreshSearch, chosen: Solutions) -> Remedies:
 
 
 def _conflicts(
-    named: NamedChoices, relevant: Solutions, conflicts: Counter[LimitPair]
+    solver: Solver, named: NamedChoices, relevant: Solutions, conflicts: Counter[LimitPair]
 ) -> Iterator[ConflictRecord]:
     """Yield the limits that leave choices without a window, the most frequent conflict first.
 
@@ -589,14 +533,22 @@ def _conflicts(
             "choices": count,
             "gap": finite_or_none(gap),
             "nearest": named.records(closest)[0],
+            "fails": _failing_conditions(solver, closest),
         }
 
 
-def named_rows(record: AnswerResults) -> list[ChoiceRecord]:
-    """Return the choices that a record names, in the order of their rows in the table.
+def _failing_conditions(solver: Solver, choice: Solutions) -> list[Values]:
+    """Return the conditions that a choice does not keep; none if persons or draws are counted."""
+    question = solver.question
+    if question.conditions.groups is not None:
+        return []
+    ends = solver.ends(choice.points)
+    is_kept = serves(ends.low, ends.high, choice.pretension[:, np.newaxis])[0]
+    return [condition_values(question, row) for row in np.flatnonzero(~is_kept).tolist()]
 
-    Those between the points of the grid follow all others.
-    """
+
+def named_rows(record: AnswerResults) -> list[ChoiceRecord]:
+    """Return the choices that a record names, in the order of their rows in the table."""
     rows = [*record["proved"]]
     if record["best"]:
         rows.append(record["best"])

@@ -399,7 +399,7 @@ def _relaxation(solver: Solver, change: Change, search: FreshSearch | None) -> R
             "values": {},
             "pretension": None,
             "printed_pretension": "",
-            "served": float(at_farthest.served.max()),
+            "served": _share(question, at_farthest.served.max()),
             "can_be_built": None,
             "served_verified": None,
         }
@@ -415,7 +415,12 @@ def _relaxation(solver: Solver, change: Change, search: FreshSearch | None) -> R
         "values": choice_values(question, first.points, 0),
         "pretension": float(first.pretension[0]),
         "printed_pretension": least.judged_at or printed_pretension(question, first, digits=4),
-        "served": float(first.served_at[0]),
+        "served": _share(question, first.served_at[0]),
         "can_be_built": least.can_be_built,
         "served_verified": None if judged is None else verified_record(judged),
     }
+
+
+def _share(question: Question, served: float) -> float | None:
+    """Return a share of persons or draws as recorded; None without both."""
+    return None if question.conditions.groups is None else float(served)

@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 
 from tendon_cli import say
 from tendon_cli.answer_record import ChoiceRecord
@@ -23,13 +24,13 @@ from tendon_cli.engine.table_columns import (
 )
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.design import F0
-from tendon_cli.model.kinematics import Array, Flags, Rows
+from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.quantities import QUANTITIES, bound_name, unit_of_reading
 from tendon_cli.space.axis import Axis, split_side
 from tendon_cli.space.space import Space
 from tendon_cli.studies.values import RIGID
-from tendon_cli.tables.schema import Column, finite_or_none
+from tendon_cli.tables.schema import Column, finite_or_none, stored_values
 from tendon_cli.windows.advice import ADVICE
 from tendon_cli.windows.by_choice import ColumnArrays
 from tendon_cli.windows.coverage import share_served
@@ -49,8 +50,6 @@ VERIFIED = (
     "verified_to",
 )
 """Columns of the judgement of a fresh sample: share, its 95 % interval, and window."""
-OF_THE_WHOLE = ("between_samples", "on_front", *VERIFIED)
-"""Columns of choices that only the whole answer decides."""
 _BINDS = tuple(
     Column(f"{end}_condition", "count", "1", "row of conditions that binds")
     for end in ("from", "to")
@@ -59,18 +58,18 @@ _SEX = Column("sex", "text", "1", "sex", choices=("male", "female"))
 
 
 def choice_columns(question: Question) -> tuple[Column, ...]:
-    """Return the columns of a choice, as records and readers have them.
+    """Return the columns of `choices.parquet`, those that say what a choice is first."""
+    read = question.study.setting.read
+    return (*_row_columns(question.choices, read), *_solved_columns(question))
 
-    Each stands in `choices.parquet`, and a choice's values that the whole decides, which go before,
-    in `named.parquet`.
-    """
+
+def _solved_columns(question: Question) -> tuple[Column, ...]:
+    """Return the columns of what is found for a choice."""
     directions = ("", *question.study.motion.direction)
     or_impossible = "or what no pretension could keep"
     of_state = "direction of the state that binds; empty where the limit belongs to none"
     read = question.study.setting.read
     return (
-        *_row_columns(question.choices, read),
-        Column("refined", "truth", "1", "lies between the points of the grid"),
         *_of_quantities("pretension_from", "pretension_to", read=read),
         Column(
             "windows",
@@ -127,42 +126,25 @@ def _times(question: Question) -> tuple[Column, ...]:
     return tuple(Column.of(QUANTITIES["time"], f"{end}_time") for end in ("from", "to"))
 
 
-def part_columns(question: Question) -> tuple[Column, ...]:
-    """Return the columns of `choices.parquet`: those that are known of a choice by itself."""
-    columns = choice_columns(question)
-    return tuple(column for column in columns if column.name not in OF_THE_WHOLE)
+def choice_rows(question: Question, choices: Solutions) -> ColumnArrays:
+    """Return rows of `choices.parquet` without what only the whole answer knows of them.
 
-
-def named_columns(question: Question) -> tuple[Column, ...]:
-    """Return the columns of `named.parquet`: all that a proof, or the whole, may decide."""
-    choice = Column("choice", "count", "1", "row of choices.parquet")
-    columns = choice_columns(question)
-    names = [column.name for column in columns]
-    return choice, *columns[names.index("refined") + 1 :]
-
-
-def choice_rows(question: Question, choices: Solutions, refined: Flags) -> ColumnArrays:
-    """Return rows of `choices.parquet`; texts are places among the `choices` of their column.
-
-    Args:
-        question: The question.
-        choices: The choices.
-        refined: True for a choice between the points of the grid.
+    Texts are places among the `choices` of their column.
     """
     at_pretension = choices.points.at_pretension(choices.pretension)
     unknown = np.full(len(choices), np.nan)
+    counts = question.conditions.groups is not None
     return {
         **choices.points.columns,
         **_set_by_names(question.choices, question.choices.at(choices.points.numbers)),
-        "refined": refined,
         "pretension_from": choices.pretension_from,
         "pretension_to": _finite(choices.pretension_to),
         "windows": choices.windows,
         "tolerance": choices.tolerance,
         **_of_end(question, choices, "from"),
         **_of_end(question, choices, "to"),
-        "served": choices.served,
-        "served_at": choices.served_at,
+        "served": np.where(counts, choices.served, np.nan),
+        "served_at": np.where(counts, choices.served_at, np.nan),
         "pretension": choices.pretension,
         **{name: getattr(choices.worst, name) for name in WORST},
         **{
@@ -174,7 +156,29 @@ def choice_rows(question: Question, choices: Solutions, refined: Flags) -> Colum
         "tolerance_length": _finite(choices.tolerance_length),
         "between_samples": choices.between_samples,
         "feasible": choices.feasible,
+        "on_front": np.zeros(len(choices), dtype=np.bool_),
+        **dict.fromkeys(VERIFIED, np.full(len(choices), np.nan)),
     }
+
+
+def completed_rows(
+    question: Question, part: pa.Table, named: Sequence[ChoiceRecord], rows: range
+) -> ColumnArrays:
+    """Return rows of `choices.parquet`, with those that the answer names as it records them.
+
+    Args:
+        question: The question.
+        part: The same rows as `choice_rows` had them.
+        named: Those of them that the answer names.
+        rows: Their numbers.
+    """
+    columns = choice_columns(question)
+    values = {column.name: stored_values(column, part.column(column.name)) for column in columns}
+    flat_rows = [flat(record) for record in named]
+    places = [row["choice"] - rows.start for row in named]
+    for column in _solved_columns(question):
+        values[column.name][places] = [as_value(column, row[column.name]) for row in flat_rows]
+    return values
 
 
 def _to_set(question: Question, choices: Solutions) -> Array:
@@ -400,17 +404,6 @@ def _as_list(column: Column, values: np.ndarray[Any, Any]) -> list[Any]:
         return list(values.tolist())
     infinite = RIGID if column.is_axis else None
     return [infinite if value == np.inf else finite_or_none(value) for value in values.tolist()]
-
-
-def from_records(columns: tuple[Column, ...], records: Sequence[ChoiceRecord]) -> ColumnArrays:
-    """Return choices of a record as rows as they are written."""
-    rows = [flat(record) for record in records]
-    return {
-        column.name: np.array(
-            [as_value(column, row[column.name]) for row in rows], dtype=column.dtype
-        )
-        for column in columns
-    }
 
 
 def flat(record: ChoiceRecord) -> dict[str, Any]:

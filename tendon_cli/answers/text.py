@@ -54,7 +54,10 @@ from tendon_cli.studies.study import keys
 CHANGES = "What relaxing one demand would give, all else equal"
 """Heading of the values that each demand alone would have to take."""
 _MOST_ALTERNATIVES = 8
+_MOST_FAILING = 3
 _MOST_MOVES = 5
+_FAR_APART = 0.1
+"""Share by which neighbouring points of a grid differ from which on a finer one is suggested."""
 _LEAST_MOVE = 1e-3
 """Motion of an end per 1 % of a number below which it is not printed, N."""
 _WORST = {
@@ -161,7 +164,9 @@ def _first_sentence(record: AnswerResults, best: ChoiceRecord) -> str:
         start = f"{start} of {pretension_words(question, best)}{where}"
         return f"{start} {_judged(record, best, fresh, judged)}.{rule}"
     served = best["served_at"]
-    whom = _all_of(question) if served >= 1.0 else f"{say.percent(served)} of {_everyone(question)}"
+    whom = _all_of(question)
+    if served is not None and served < 1.0:
+        whom = f"{say.percent(served)} of {_everyone(question)}"
     if question["pretension"] is not None:
         pretension = say.number(question["pretension"])
         margins = phrases.margins(question, best)
@@ -286,19 +291,26 @@ def _proved(question: QuestionRecord, row: ChoiceRecord) -> str:
 
 
 def edges_words(question: QuestionRecord, best: ChoiceRecord) -> Iterator[str]:
-    """Say which ranges of the study have the best choice at their end."""
+    """Say which ranges have the best choice at their end, or between points that are far apart."""
+    between = []
     for axis in question["choices"]:
-        if axis["range"] is None:
+        if axis["range"] is None or axis["step"] is None:
             continue
+        limit = limit_of(axis["key"])
+        symbol = keys()[axis["key"]].quantity.symbol
+        if limit is not None:
+            symbol = f"the {say.limit_on(limit)}"
         value = float(value_of(best, axis["column"]))
+        is_inside = True
         for edge, word in zip(axis["range"], ("lower", "upper"), strict=True):
             if abs(value - edge) <= 1e-9 * abs(edge):
-                limit = limit_of(axis["key"])
-                symbol = keys()[axis["key"]].quantity.symbol
-                if limit is not None:
-                    symbol = f"the {say.limit_on(limit)}"
+                is_inside = False
                 at_edge = parameter(axis["key"], value)
                 yield f"{symbol} is at the {word} end of its range, {at_edge}: widen the range"
+        if is_inside and axis["step"] > _FAR_APART:
+            between.append(f"{symbol} (now up to {say.percent(axis['step'])} apart)")
+    if between:
+        yield f"a finer grid of {say.join_words(between)} may hold a better choice"
 
 
 def _moves(question: QuestionRecord, moves: Sequence[SensitivityRecord]) -> Iterator[str]:
@@ -342,19 +354,10 @@ def _alternatives(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Blo
             for goal in goals
             if goal["column"] in best_by
         ]
-        refined = sum(row["refined"] for _, row in rows)
-        if record["choices"] + refined < 2:
+        if record["choices"] < 2:
             return
     yield say.heading(head)
     yield _table_of_choices(record, rows)
-    if record["gains"]:
-        gains = [
-            f"{say.percent(gain)} in {goal_name(column)}"
-            for column, gain in record["gains"].items()
-        ]
-        yield from say.items(
-            [f"~ between the points of the grid; better than these by {say.join_words(gains)}"]
-        )
 
 
 def _table_of_choices(record: AnswerResults, rows: Sequence[tuple[str, ChoiceRecord]]) -> say.Block:
@@ -369,14 +372,13 @@ def _table_of_choices(record: AnswerResults, rows: Sequence[tuple[str, ChoiceRec
     lines = [["", "", *heads, f"window {unit}", "±mm", "±%", unit, *share_head, *COSTS.values()]]
     for name, row in rows:
         low, high = window_of(row) or (np.nan, np.nan)
-        mark = "~" if row["refined"] else ""
         upper = "on" if np.isinf(high) else f"to {say.number(high, 3)}"
-        share = [say.percent(row["served_at"])] if shows_share else []
+        share = [say.percent(row["served_at"] or 0.0)] if shows_share else []
         pretension = row["pretension"]
         lines.append(
             [
                 name,
-                mark + short_choice_words(question, row),
+                short_choice_words(question, row),
                 *(carried_words(question, row, column) for column in carried),
                 f"{say.number(low, 3)} {upper}",
                 tolerance_millimetres(row),
@@ -470,9 +472,14 @@ def conflict_words(record: AnswerResults, conflict: ConflictRecord) -> Iterator[
         yield f"{missed}; {phrases.margins(question, row)}"
         return
     yield from phrases.gap_words(question, row, conflict["gap"])
-    has_share = record["conditions"] > 1 and not _are_countless(question)
-    if row["served"] > 0.0 and record["serve"] >= 1.0 and has_share:
-        served = f"{say.percent(row['served'])} of the {question['counted']}"
-        pretension = row["pretension"]
-        if pretension is not None:
-            yield f"{say.number(pretension, 3)} {question['unit']} works for {served}"
+    if row["pretension"] is None:
+        return
+    pretension = f"{say.number(row['pretension'], 3)} {question['unit']}"
+    fails = conflict["fails"]
+    if row["served"] and record["serve"] >= 1.0 and record["conditions"] > 1:
+        yield f"{pretension} works for {say.percent(row['served'])} of the {question['counted']}"
+    elif 0 < len(fails) < record["conditions"] and not _are_countless(question):
+        words = [phrases.condition_words(question, values) for values in fails[:_MOST_FAILING]]
+        more = [f"{len(fails) - len(words)} more"] if len(fails) > len(words) else []
+        of_all = f"{len(fails)} of {record['conditions']} conditions"
+        yield f"{pretension} does not work in {of_all}: {'; '.join([*words, *more])}"

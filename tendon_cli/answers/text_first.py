@@ -14,7 +14,6 @@ from tendon_cli.answer_record import (
     Value,
     value_of,
 )
-from tendon_cli.answers import phrases
 from tendon_cli.answers.phrases import pretension_words, value_words, window_of
 from tendon_cli.answers.text_bench import (
     SET_AT_JOINT,
@@ -109,9 +108,6 @@ def _serves(record: AnswerResults, best: ChoiceRecord, suit: Suit) -> str:
         if population["count"] == 1:
             return f"{work} for this {population['kind'].removesuffix('s')}"
         return f"{serve} {population_share(population)}"
-    if best["served_at"] < 1.0:
-        whom = phrases.everyone(question["counts"], question["groups"], question["counted"])
-        return f"{serve} {say.percent(best['served_at'])} of {whom}"
     if record["conditions"] == 1:
         return f"{suit.verb('keep', 'keeps')} every limit"
     noun = _noun_of_condition(question)

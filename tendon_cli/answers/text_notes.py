@@ -118,7 +118,6 @@ def note_on_judges(judging: int, fresh: FreshRecord) -> str:
 def scope_words(
     angles: tuple[float, float],
     ranges: Mapping[str, tuple[float, float]],
-    served: str | None = None,
     times: tuple[float, float] | None = None,
 ) -> str:
     """Say what a proof holds for: "every angle from 0 to 90 deg and every load from 0 to 10 kg".
@@ -126,7 +125,6 @@ def scope_words(
     Args:
         angles: First and last elbow angle, rad.
         ranges: Least and largest value of numbers, by their keys, SI.
-        served: Noun for those of whom only some must be served; None if all must be.
         times: First and last time that count in a motion in time, s, which has its moments in place
             of angles; None without one.
     """
@@ -137,8 +135,7 @@ def scope_words(
         name = keys()[key].quantity.name
         noun = "load" if key == "load.mass" else say.spaced(name)
         words.append(_every(noun, name, values))
-    scope = say.join_words(words)
-    return scope if served is None else f"{scope}, for all {served} that are served"
+    return say.join_words(words)
 
 
 def _every(noun: str, quantity: str, values: tuple[float, float]) -> str:

@@ -113,8 +113,9 @@ def relaxations_words(
         values = [value_words(axis, record["values"][axis["column"]]) for axis in others]
         pretension = f"{record['printed_pretension']} {question['unit']}"
         suit = f"{', '.join(values)} at {pretension}" if values else pretension
-        share = "all" if record["served"] >= 1.0 else f"{say.percent(record['served'])} of the"
-        whom = f"{share} {question['counted']}"
+        share = record["served"]
+        some = "all" if share is None or share >= 1.0 else f"{say.percent(share)} of the"
+        whom = f"{some} {question['counted']}"
         judged = record["served_verified"]
         if judged is not None and fresh is not None:
             judges: FreshRecord = {**fresh, "count": judged["of"]}

@@ -386,17 +386,16 @@ def _served(
     compared: Sequence[ComparedAnswer], pairs: Sequence[PairedShares | None]
 ) -> list[QuantityRecord]:
     """Return the share that each answer serves, with the interval of each difference."""
-    shares = [_share(one) for one in compared]
-    if all(one.record["population"] is None for one in compared) and set(shares) <= {1.0, None}:
+    if all(one.record["population"] is None for one in compared):
         return []
-    values = [*shares]
+    values = [_share(one) for one in compared]
     spans = [_interval(one) for one in compared]
     verdicts: list[Judgement | None] = [None]
     intervals: list[list[float] | None] = [None]
     for place, (other, pair) in enumerate(zip(compared[1:], pairs, strict=True), 1):
         if _counted(compared[0]) != _counted(other):
             intervals.append(None)
-            verdicts.append(None)  # a share of loads is none of persons
+            verdicts.append(None)  # a share of draws is none of persons
             continue
         interval = _share_interval(compared[0], other, pair)
         if pair is not None:
@@ -420,7 +419,7 @@ def _served(
 
 
 def _counted(one: ComparedAnswer) -> str:
-    """Return the noun for what the share of an answer counts: "persons", "draws", "conditions"."""
+    """Return the noun for what an answer counts: "persons", "draws", "conditions"."""
     fresh = one.record["verified_by"]
     return one.record["question"]["counted"] if fresh is None else fresh["kind"]
 

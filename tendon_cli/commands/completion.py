@@ -184,18 +184,14 @@ def _columns_of_table(ctx: typer.Context) -> dict[str, str]:
 
 
 def _columns_of(file: Path) -> dict[str, str]:
-    """Return the columns of a table's file with their meanings, those of an answer with all."""
-    from tendon_cli.tables.named import CHOICES, NAMED, ChoicesTable
+    """Return the columns of a table's file with their meanings."""
     from tendon_cli.tables.read import TableFiles
 
-    named = file.with_name(NAMED)
-    is_answer = file.name == CHOICES and named.is_file()
     if file.is_dir():
         file = min(file.glob("part-*.parquet"))
     if not file.is_file():  # opening a pipe would wait
         return {}
-    table = TableFiles((file,))
-    schema = ChoicesTable(table, TableFiles((named,))).schema if is_answer else table.schema
+    schema = TableFiles((file,)).schema
     meanings = {}
     for name in schema.names:
         metadata = schema.field(name).metadata or {}

@@ -60,10 +60,7 @@ class Cube:
     """A table of designs, states or choices by the axes of its study, slowest first."""
 
     kind: str
-    """designs, states, or choices.
-
-    Choices between the points of the grid follow after its rows, and belong to no position.
-    """
+    """designs, states, or choices."""
     axes: tuple[Axis, ...]
     table_columns: TableColumns
     """Columns of the table, the derived ones included."""
@@ -318,11 +315,8 @@ def cube_of(
         if study is None:
             study = study_of(table)
         axes: tuple[Axis, ...] = load(kind.axes)(study)
-        rows = table.rows
-        if kind.beyond:
-            rows -= int(as_numpy(table.read([kind.beyond])[kind.beyond]).sum())
         needed = {*kind.always, *(axis.column for axis in axes)}
-        is_whole = needed <= {*table.schema.names} and rows == math.prod(map(len, axes))
+        is_whole = needed <= {*table.schema.names} and table.rows == math.prod(map(len, axes))
         if kind.name not in kinds or not _is_ours(table.schema) or not is_whole:
             raise foreign(table)
         return Cube(
@@ -359,7 +353,7 @@ def cube_to_come(study: Study, kind: str) -> Cube:
 
 
 def choices_of(table: AnyTable, study: Study | None = None) -> Cube:
-    """Return the choices of an answer by the axes of their grid; raises as `cube_of` does."""
+    """Return the choices of an answer by their axes; raises as `cube_of` does."""
     return cube_of(table, study, ("choices",))
 
 

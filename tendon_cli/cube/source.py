@@ -28,7 +28,6 @@ from tendon_cli.studies.model_words import WORDS_OF
 from tendon_cli.studies.people.persons_csv import read_persons
 from tendon_cli.studies.row_table import NAME, RowTable, carried_cells
 from tendon_cli.studies.study import Study, keys
-from tendon_cli.tables.named import CHOICES, open_choices
 from tendon_cli.tables.read import AnyTable, TableInMemory, open_table, records_in
 from tendon_cli.tables.schema import Column
 from tendon_cli.units import SI_UNIT, shorten
@@ -109,15 +108,10 @@ def table_at(
             return states
     elif is_folder and wanted is None and asked:
         for name in _tables_of(path, order):
-            table = _opened(path / f"{name}.parquet", records)
+            table = open_table(path / f"{name}.parquet", records)
             if asked <= set(TableColumns.of(table.schema).quantities):
                 return table
-    return _opened(file_of(path, wanted, order=order), records)
-
-
-def _opened(file: Path, records: Mapping[str, Any]) -> AnyTable:
-    """Open a table; choices are joined with what their answer says of those that it names."""
-    return open_choices(file, records) if file.name == CHOICES else open_table(file, records)
+    return open_table(file_of(path, wanted, order=order), records)
 
 
 def table_of_study(

@@ -28,7 +28,7 @@ from tendon_cli.engine.task import PartResult, Task
 from tendon_cli.errors import FolderError, OutputError, SizeError, WorkersLostError
 from tendon_cli.figure_marks import study_hash_in
 from tendon_cli.files import LOCK, OF_A_RUN, open_file, output_errors
-from tendon_cli.registry import record_names, table_kinds
+from tendon_cli.registry import UNFINISHED, record_names, tables_in_folders
 from tendon_cli.tables.footer import Origin, read_footer, read_whole
 from tendon_cli.tables.write import WrittenFile
 from tendon_cli.version import reader_of
@@ -128,7 +128,7 @@ class RunFolder:
                 f"holds an unfinished run of this study, {done} of {len(parts)} parts are done",
                 "--resume finishes it (in Python resume=True), --overwrite starts over",
             )
-        self._check_nothing_in_the_way(contents, contents.of_run & self.task.names)
+        self._check_nothing_in_the_way(contents, contents.of_run.intersection(self.task.names))
 
     def _difference(self, contents: FolderContents) -> str:
         """Say how the run in the folder differs from the one that is to be run."""
@@ -321,7 +321,7 @@ class RunFolder:
                 message = "was replaced or damaged during the run"
                 raise WorkersLostError(message, where=str(path), hint=hint)
         for table, files in self.task.tables.items():
-            if files <= 1:
+            if files <= 1 or table == UNFINISHED:
                 continue
             for item in (self.path / f"{table}.parquet").iterdir():
                 name = f"{table}.parquet/{item.name}"
@@ -329,11 +329,21 @@ class RunFolder:
                     hint = "move it away, then --resume"
                     raise self._refusal(f"holds {name}, which is not of this run", hint)
         write_record(self.path, record)
+        self.drop_unfinished()
+
+    def drop_unfinished(self) -> None:
+        """Delete the parts that a finished run has completed, which nobody needs any more."""
+        if UNFINISHED not in self.task.tables:
+            return
+        with contextlib.suppress(OSError):
+            for name in self.task.unfinished:
+                self._delete(name)
+            (self.path / f"{UNFINISHED}.parquet").rmdir()
 
 
 def _table_files() -> list[str]:
     """Return the names of the files of tables, or of the folders of their parts."""
-    return [f"{table}.parquet" for table in table_kinds()]
+    return [f"{table}.parquet" for table in tables_in_folders()]
 
 
 def look(folder: Path) -> FolderContents:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from tendon_cli.errors import FolderError
 from tendon_cli.files import read_file, write_whole
-from tendon_cli.registry import TaskKind, kind_of, kinds, table_kinds
+from tendon_cli.registry import TaskKind, kind_of, kinds, tables_in_folders
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.value_words import value_words
 from tendon_cli.tables.digest import file_sha256
@@ -141,7 +141,7 @@ def _is_file(entry: Mapping[str, Any]) -> bool:
 def is_table_file(name: str) -> bool:
     """Return True if a run gives this name to a file of a table in its folder."""
     named = _TABLE_FILE.fullmatch(name)
-    return named is not None and named[1] in table_kinds()
+    return named is not None and named[1] in tables_in_folders()
 
 
 def is_count(value: Any) -> bool:

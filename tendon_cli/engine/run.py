@@ -135,7 +135,9 @@ def _standing_record(
         return None
     wants_figures = how.draw is not None and _wants_figures(folder, record)
     is_writable = os.access(folder.path, os.W_OK)
-    if (wants_figures and is_writable) or any(damaged_files(folder.path, record)):
+    has_unfinished = not folder.task.unfinished.isdisjoint(contents.of_run)
+    is_asked_to_write = (wants_figures or has_unfinished) and is_writable
+    if is_asked_to_write or any(damaged_files(folder.path, record)):
         return None
     if wants_figures:
         warning = "figures are not drawn: nothing can be written into the folder"
@@ -195,6 +197,7 @@ def compute_parts(
     if how.overwrite:
         folder.clear(contents)
     elif contents.record is not None:
+        folder.drop_unfinished()
         return _repaired(folder, contents.record, maker, runner if how.resume else None)
     else:
         done = folder.standing(contents)
@@ -245,7 +248,8 @@ def _recorded(
     record["warnings"] = task.warnings(record)
     files = {name: file for part in parts for name, file in part.files.items()}
     files |= _written_last(maker, record)
-    entries = [{"path": name, **asdict(file)} for name, file in files.items()]
+    kept = [name for name in task.names if name not in task.unfinished]
+    entries = [{"path": name, **asdict(files[name])} for name in kept]
     return record | {"files": entries, "seconds": round(time.monotonic() - started, 3)}
 
 
@@ -260,7 +264,7 @@ def _written_last(
         only: Names of the files to write; None for all.
     """
     written = {}
-    for file in maker.task.final_files(record):
+    for file in maker.task.final_files(record, maker.finished):
         name = file[0]
         if only is None or name in only:
             maker.task.check_stopped()
@@ -295,14 +299,14 @@ def _repaired(
         )
 
     def take(result: PartResult) -> None:
-        for name, file in result.files.items():
-            entries[name].update(asdict(file))
+        for name in result.files.keys() & entries.keys():
+            entries[name].update(asdict(result.files[name]))
 
     folder.prepare()
     missing = [
         index
         for index in range(folder.task.parts)
-        if not set(damaged).isdisjoint(folder.task.files(index).values())
+        if not folder.task.needed_by(index).isdisjoint(damaged)
     ]
     make_parts(maker, runner, missing, take)
     for name, file in _written_last(maker, record, only=damaged).items():

@@ -17,9 +17,10 @@ import pyarrow as pa
 
 from tendon_cli.errors import Stopped
 from tendon_cli.files import OF_A_RUN
-from tendon_cli.registry import TaskKind
+from tendon_cli.registry import UNFINISHED, TaskKind
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.footer import Origin
+from tendon_cli.tables.read import TableFiles
 from tendon_cli.tables.schema import Column, TableLayout, schema_of, versions
 from tendon_cli.tables.write import (
     Filler,
@@ -45,13 +46,15 @@ class Task(ABC):
     """Work of a command on a study, cut into parts that are computed independently.
 
     Each part is a function of the study alone, as are the lengths of the parts and the names of all
-    files; each file is written once. What only the whole knows stands in the last files of tables.
-    Several threads may work on a task at once. `stop` is set when its results are not wanted any
-    more.
+    files; each file is written once. The table `completed` is written when the whole is known;
+    until then its parts stand in the table UNFINISHED. Several threads may work on a task at once.
+    `stop` is set when its results are not wanted any more.
     """
 
     kind: ClassVar[TaskKind]
     """Kind of the task: its verb, its record, its tables, and who reads its results."""
+    completed: ClassVar[str] = ""
+    """Table to which only the whole adds something; empty if there is none."""
     stop: threading.Event
 
     @classmethod
@@ -70,9 +73,9 @@ class Task(ABC):
         """Tables and the number of files of each."""
 
     @property
-    def last_files(self) -> Mapping[str, int]:
-        """Number of a table's files, the last of them, that follow from the whole record."""
-        return {}
+    def last_tables(self) -> tuple[str, ...]:
+        """Tables that follow from the whole record, `completed` among them."""
+        return ()
 
     @abstractmethod
     def columns(self, table: str) -> tuple[Column, ...]:
@@ -121,8 +124,17 @@ class Task(ABC):
         """Return the warnings that a reader of the results needs first."""
         return list(self.study.warnings)
 
-    def final_files(self, record: Mapping[str, Any]) -> Iterator[FinalFile]:  # noqa: ARG002
-        """Yield the files that follow from the whole record, as many as `last_files` says."""
+    def final_files(
+        self,
+        record: Mapping[str, Any],  # noqa: ARG002
+        finished: Callable[[int], pa.Table],  # noqa: ARG002
+    ) -> Iterator[FinalFile]:
+        """Yield the files that follow from the whole record, those of `last_tables`.
+
+        Args:
+            record: The record.
+            finished: Reads a part of UNFINISHED.
+        """
         return iter(())
 
     def check_memory(self) -> None:  # noqa: B027 - a task is of any size, unless it says so
@@ -131,11 +143,7 @@ class Task(ABC):
     @property
     def parts(self) -> int:
         """Number of parts that the work is cut into."""
-        return max(map(self.filled, self.tables))
-
-    def filled(self, table: str) -> int:
-        """Return the number of a table's files that parts of the work fill."""
-        return self.tables[table] - self.last_files.get(table, 0)
+        return max(count for table, count in self.tables.items() if table not in self.last_tables)
 
     def file(self, table: str, index: int) -> str:
         """Return the name of a table's file in the run folder: one file, or one of several."""
@@ -146,17 +154,31 @@ class Task(ABC):
     def files(self, index: int) -> dict[str, str]:
         """Return the files of a part in the run folder, by table."""
         return {
-            table: self.file(table, index) for table in self.tables if index < self.filled(table)
+            table: self.file(table, index)
+            for table, count in self.tables.items()
+            if table not in self.last_tables and index < count
         }
 
+    def needed_by(self, index: int) -> set[str]:
+        """Return the files of a finished run that cannot be written without a part."""
+        files = self.files(index)
+        if files.pop(UNFINISHED, None) is not None:
+            files[self.completed] = self.file(self.completed, index)
+        return set(files.values())
+
     @cached_property
-    def names(self) -> set[str]:
-        """Names of all files of tables in the run folder."""
-        return {
+    def unfinished(self) -> set[str]:
+        """Names of the files that are no longer there when the run is finished."""
+        return {self.file(UNFINISHED, index) for index in range(self.tables.get(UNFINISHED, 0))}
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of all files of tables in the run folder, those of a table together."""
+        return tuple(
             self.file(table, index)
             for table, count in self.tables.items()
             for index in range(count)
-        }
+        )
 
     @property
     def run(self) -> tuple[str, str, int]:
@@ -267,6 +289,10 @@ class PartMaker:
     def check(self) -> None:
         """Raise an exception if written files may not be put in place; here they always may."""
 
+    def finished(self, index: int) -> pa.Table:
+        """Read a finished part that is not complete yet; raises InputError."""
+        return TableFiles((self.folder / self.task.file(UNFINISHED, index),)).read()
+
     def write(self, file: FinalFile) -> WrittenFile:
         """Write a file that follows from the whole record; raises OutputError."""
         name, layout, fill = file
@@ -306,10 +332,16 @@ class InMemory(PartMaker):
         yield rows
         self.kept[name] = rows.table()
 
+    def finished(self, index: int) -> pa.Table:
+        """Return a finished part, which is not kept any longer."""
+        return self.kept.pop(self.task.file(UNFINISHED, index))
+
     def tables(self) -> dict[str, pa.Table]:
         """Return the whole tables by name; their parts are not kept any longer."""
         tables = {}
         for table, count in self.task.tables.items():
+            if table == UNFINISHED:
+                continue
             names = [self.task.file(table, index) for index in range(count)]
             tables[table] = pa.concat_tables(self.kept.pop(name) for name in names)
         return tables

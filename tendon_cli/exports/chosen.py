@@ -11,7 +11,6 @@ import numpy as np
 from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, as_answer, named_first
 from tendon_cli.answers.answer import Answer
 from tendon_cli.answers.choice_rows import choice_in_row
-from tendon_cli.answers.paired import points_of
 from tendon_cli.answers.text_first import suit_words
 from tendon_cli.errors import UsageError
 from tendon_cli.model.design import Design
@@ -62,7 +61,8 @@ class ChosenSuit:
     def points(self) -> Points:
         """The choice at its pretension."""
         pretension = np.array([float(self.choice["pretension"] or 0.0)])
-        return points_of(self.question, self.choice).at_pretension(pretension)
+        row = np.array([self.choice["choice"]])
+        return self.question.points(row).at_pretension(pretension)
 
     @cached_property
     def space(self) -> Space:

@@ -44,7 +44,7 @@ from tendon_cli.figures.window_over_motion import draw_between
 from tendon_cli.registry import by_name
 from tendon_cli.space.axis import Axis, evenly_spaced
 from tendon_cli.studies.study import Study
-from tendon_cli.tables.named import CHOICES, open_choices
+from tendon_cli.tables.read import open_table
 
 _WINDOW = "#b4d4ea"
 _CHOICE = "#b8c4cc"
@@ -99,7 +99,7 @@ def draw_answer(
     """
     files: list[str] = []
     faults: list[str] = []
-    cube = choices_of(open_choices(folder / CHOICES, by_name(record)), study)
+    cube = choices_of(open_table(folder / "choices.parquet", by_name(record)), study)
     for name in FIGURES:
         if name == "between":
             continue  # is drawn on request only

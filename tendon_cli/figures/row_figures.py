@@ -108,7 +108,7 @@ def _draw_by_name(
             panel.plot(places[is_drawn], ends[is_drawn], color=colour, **_POINT)
     unknown = np.isnan(low)
     panel.plot(places[unknown], 0.0 * places[unknown], color=FAINT, marker="x", linestyle="")
-    if chosen["feasible"] and not chosen["refined"]:
+    if chosen["feasible"]:
         place = names.index(_joined(cube, {axis: value_of(chosen, axis.column) for axis in axes}))
         best: dict[str, Any] = {"marker": "*", "color": INK, "markersize": 9, "zorder": 5}
         panel.plot([place], [chosen["pretension"] or np.nan], **best)

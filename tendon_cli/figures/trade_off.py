@@ -174,7 +174,7 @@ def trade_off_page(
     place_of_best = _place_of(along, best)
     if place_of_best is not None:
         key.append(star(label="named first among all values"))
-    notes = [_meaning(cube, record)]
+    notes = [_meaning(record)]
     if len(set(filter(None, along.others))) > _MOST_COLOURS:
         notes.append("The choices differ in more than colours can show.")
     page = answer_page(
@@ -205,14 +205,13 @@ def trade_off_page(
     return page
 
 
-def _meaning(cube: Cube, record: AnswerRecord) -> str:
+def _meaning(record: AnswerRecord) -> str:
     """Say which choice is drawn at each value of the limit."""
-    grid = " of the grid" if any(axis.is_range for axis in cube.axes) else ""
     named = "would be named first"
     if len(record["goals"]) > 1:
         named = "is the best compromise"
     return (
-        f"Window and tension are those of the choice{grid} that {named} if the limit had this value"
+        f"Window and tension are those of the choice that {named} if the limit had this value"
         " alone."
     )
 
@@ -334,7 +333,7 @@ def _draw_points(panel: Axes, along: _Along, values: Floats, colours: Mapping[st
 def _place_of(along: _Along, best: ChoiceRecord | None) -> int | None:
     """Return the place of the choice that the answer names first; None if it is not drawn.
 
-    That choice may lie between the points of the grid, or not be the first at its own value.
+    That choice need not be the first at its own value.
     """
     if best is None:
         return None

@@ -42,15 +42,11 @@ class ConditionArcs:
 
     @classmethod
     def of(cls, question: Question, points: Points) -> ConditionArcs:
-        """Return the conditions that imply all others.
-
-        They are those with the smallest or the largest load. If a share of single conditions is
-        enough, no condition implies another: those with other loads may be served without it.
-        """
+        """Return the conditions that imply all others: those with the least or the largest load."""
         is_needed = np.ones(len(question.conditions), dtype=np.bool_)
         places = question.conditions.places(np.arange(len(is_needed)))
         for axis in question.conditions.axes:
-            if axis.key in LOADS and not question.counts_conditions:
+            if axis.key in LOADS:
                 extremes = (axis.values.min(), axis.values.max())
                 is_needed &= np.isin(axis.values[places[axis.key]], extremes)
         for axis in question.box:

@@ -111,7 +111,7 @@ def certify(
         cells=proof.examined,
         margin=0.0 if is_open else proof.margin,
         estimate=estimate,
-        scope=Scope.of(question, *proof.windows),
+        scope=Scope.of(question),
         ends=solver.all_limits(proof.ends, solution.points),
         solution=replace(solution, between_samples=np.array([say.STATUSES.index(status)])),
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -84,7 +83,7 @@ MOST_CONDITIONS = 4
 _COLOURS = ("slack", "unstable", "beyond", "nowhere")
 _SIGNS = "ABCDEFGHIJ"
 """Colours and signs of the reasons why choices have no window, used in turn."""
-_TRUTHS = ("feasible", "refined", "on_front")
+_TRUTHS = ("feasible", "on_front")
 """Columns of true and false."""
 _WORDS = ("from_by", "to_by")
 """Columns of words: the limits that bound the window below and above."""
@@ -97,20 +96,17 @@ def design_page(answer: Result) -> str:
     cube = choices_of(table, answer.study)
     axes = page_axes(cube)
     positions = {axis.axis.column: axis.positions for axis in axes}
-    grid = cube.rows(list(positions), positions).ravel()
-    product = math.prod(axis.length for axis in cube.axes)
-    read = _read_choices(cube, axes, grid, np.arange(product, table.rows))
-    on_grid = {name: values[: len(grid)] for name, values in read.items()}
+    read = _read_choices(cube, axes, cube.rows(list(positions), positions).ravel())
 
     columns = {
         name: read[name] for name in RESULTS if name in read and np.isfinite(read[name]).any()
     }
     labels = {name: cube.shown(name) for name in columns}
     maps, left_out = within_size(
-        number_record(labels[name], on_grid[name], _no_value(on_grid, name)) for name in columns
+        number_record(labels[name], read[name], _no_value(read, name)) for name in columns
     )
-    maps.insert(min(1, len(maps)), _conflicts(cube, on_grid))
-    states, arms = _states(cube, axes, on_grid["pretension"])
+    maps.insert(min(1, len(maps)), _conflicts(cube, read))
+    states, arms = _states(cube, axes, read["pretension"])
     people = people_record(record, _persons(answer))
     design = _answers(read, columns, labels, pretension_name(cube.document))
     between = _between(record, cube.limits)
@@ -121,7 +117,7 @@ def design_page(answer: Result) -> str:
         arms=arms,
         design=design,
         table=_table(cube, axes, read, columns),
-        start=_start(record, axes, on_grid["feasible"]),
+        start=_start(record, axes, read["feasible"]),
         people=people,
         between=between,
     )
@@ -152,14 +148,12 @@ def design_page(answer: Result) -> str:
     )
 
 
-def _read_choices(
-    cube: Cube, axes: Sequence[PageAxis], grid: Rows, between_points: Rows
-) -> dict[str, ColumnArray]:
-    """Read the choices on the grid of the page, then those between the points of the grid."""
+def _read_choices(cube: Cube, axes: Sequence[PageAxis], rows: Rows) -> dict[str, ColumnArray]:
+    """Read the choices of the page."""
     axis_columns = [axis.axis.column for axis in axes]
     wanted = dict.fromkeys((*axis_columns, *given_columns(cube), *RESULTS, *_TRUTHS, *_WORDS))
     names = [name for name in wanted if name in cube.columns]
-    return cube.gather(np.concatenate([grid, between_points]), names)
+    return cube.gather(rows, names)
 
 
 def _persons(answer: Result) -> pa.Table | None:

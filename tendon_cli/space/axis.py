@@ -119,7 +119,7 @@ class Axis:
     """Names of its values; empty for an axis of a number."""
     role: Role = "choice"
     is_range: bool = False
-    """True for a grid: values between its points may be chosen, too. A list is a catalogue."""
+    """True for a grid, which may be finer or wider; a list is a catalogue."""
     is_log: bool = False
     """True for a grid of equal ratios."""
     is_interval: bool = False

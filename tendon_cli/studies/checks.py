@@ -14,11 +14,10 @@ from tendon_cli.model.forms import Need
 from tendon_cli.model.limits import LIMITS, SPEED
 from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES, SIDES, dimension_of_reading
 from tendon_cli.space.axis import (
-    DRAW_AXIS,
     NAMED_AXES,
-    PERSON_AXIS,
     PRETENSION,
     READING_ERROR,
+    SAMPLE_AXES,
     SPRING_AT,
     of_side,
     split_side,
@@ -127,23 +126,25 @@ def without_intervals(study: Study) -> Study:
     return study
 
 
-def check_intervals_are_served(study: Study) -> None:
-    """Check that no share of single conditions is asked for where a number is an interval.
-
-    A share of an interval cannot be counted, one of persons or draws can: then the window
-    holds over the whole interval for each one that is served.
+def check_shares_are_counted(study: Study) -> None:
+    """Check that a share is asked for only where there are persons or draws to count.
 
     Raises:
-        StudyError: The study has intervals, and `serve` below 1 counts conditions.
+        StudyError: `serve` is below 1, or a goal is a share, and the study has neither.
     """
-    if study.serve >= 1.0 or {PERSON_AXIS, DRAW_AXIS} & set(study.axes):
+    if not {*SAMPLE_AXES, *study.drawn_tables}.isdisjoint(study.axes):
         return
     problem = (
-        f"is an interval, of which no share can be counted: design.serve = {study.serve:g} asks for"
-        " a share of the conditions"
+        "{} persons or draws, and the study has neither: a load, a case or a posture is always kept"
     )
-    hint = "leave out design.serve, or list single values"
-    faults = [Fault(key, problem, hint) for key in study.intervals]
+    hint = 'leave it out, or state people, uncertain numbers, or a [[table]] with role = "draw"'
+    faults = []
+    if study.serve < 1.0:
+        faults.append(Fault("design.serve", problem.format("counts"), hint))
+    for key in ("minimise", "maximise"):
+        shares = [goal for goal in getattr(study.design, key) if goal in ("served", "served_at")]
+        about = [problem.format(f'"{goal}" counts') for goal in shares]
+        faults += [Fault(f"design.{key}", words, hint) for words in about]
     if faults:
         raise StudyError(faults)
 

@@ -49,7 +49,7 @@ _NUMBERS = re.compile(rf"{_NUMBER.pattern}(?:\n{_NUMBER.pattern})*")
 _NUMBER_AND_UNIT = re.compile(rf"{_NUMBER.pattern}(\s.*)?")
 _OTHER_COLUMNS = (
     *("design", "direction", "status", "taut", "stable", "feasible", "on_front", "advice"),
-    *("refined", "windows", "weighting", "from_by", "to_by", "between_samples", "choice", "sex"),
+    *("windows", "weighting", "from_by", "to_by", "between_samples", "choice", "sex"),
     *("from_condition", "to_condition", "from_direction", "to_direction"),
     *("from_elbow_angle", "to_elbow_angle", NAME),
 )

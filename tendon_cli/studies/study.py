@@ -411,10 +411,7 @@ class Study(Displayed, StudyTables):
 
     @property
     def serve(self) -> float:
-        """Share of people, draws or conditions that a design must serve, 0 to 1.
-
-        By default all of them must be served, but 0.95 is enough of people or draws.
-        """
+        """Share of persons or draws that a design must serve, 0 to 1; 1 if there are neither."""
         if self.design.serve is not None:
             return self.design.serve.single
         drawn = {*SAMPLE_AXES, *self.drawn_tables}

@@ -204,6 +204,19 @@ def as_numpy(column: pa.ChunkedArray) -> npt.NDArray[Any]:
     return np.array(np.from_dlpack(numbers.combine_chunks()))
 
 
+def stored_values(column: Column, stored: pa.ChunkedArray) -> npt.NDArray[Any]:
+    """Return a column as `array_of` takes it: text by its position in the column's `choices`."""
+    if column.kind != "text":
+        return as_numpy(stored).astype(column.dtype)
+    positions = {word: place for place, word in enumerate(column.choices)}
+    pieces = [np.empty(0, column.dtype)]
+    for chunk in stored.chunks:
+        words = chunk.dictionary.to_pylist()
+        of_words = np.array([positions[word] for word in words], column.dtype)
+        pieces.append(of_words[as_numpy(pa.chunked_array([chunk.indices])).astype(np.int64)])
+    return np.concatenate(pieces)
+
+
 _NAN = pa.Array.from_buffers(pa.float64(), 1, [None, pa.py_buffer(np.array([np.nan]))])[0]
 _NO_WORDS = np.zeros(0, dtype=object)
 

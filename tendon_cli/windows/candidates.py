@@ -1,10 +1,8 @@
-"""Candidates for an answer: the best choices of the grid, and better ones between its points."""
+"""Candidates for an answer: the choices that may be the best, and those that the front has."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -12,11 +10,9 @@ from tendon_cli.engine.plan import columns_of_motion
 from tendon_cli.engine.task import Note
 from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
-from tendon_cli.space.axis import Axis, limit_of
-from tendon_cli.windows.by_choice import ColumnArrays
+from tendon_cli.space.axis import limit_of
 from tendon_cli.windows.dependence import digests_of_windows
-from tendon_cli.windows.order import EQUAL, LEAST_TORQUE, Order, last_stage
-from tendon_cli.windows.points import Points
+from tendon_cli.windows.order import LEAST_TORQUE, Order, last_stage
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import Solutions, solve, solve_windows
 from tendon_cli.windows.solver import Solver
@@ -33,24 +29,6 @@ A single name is that of a limit that no pretension can keep.
 STATES_FOR_ALL = 2**30
 """Most states, under persons or draws, for which all choices have worst values."""
 
-_PENALTY = 1e3
-"""Cost of a share of a goal that is lost on the way to a better front."""
-_WEIGHT = 1e6
-"""Weight of a goal over the next one, whose gains do not count before its own."""
-_BREAKS_RULE = 1e15
-"""Cost of a rule before all goals that the start keeps and a choice does not."""
-_NO_WINDOW = 1e18
-"""Cost of a choice without a window."""
-_AT_ONCE_PER_RANGE = 10
-"""Points of a generation, for each range that is searched."""
-_GENERATIONS = 120
-"""Most generations of a search."""
-_FEWEST_GENERATIONS = 20
-"""Generations below which a search is not worth while."""
-_STATES = 4e7
-"""Most states of one search."""
-_NEAR_AN_EDGE = 1e-4
-"""Distance from the end of a range within which the end itself is tried, as a share of it."""
 _SEVEREST = 8
 """Number of conditions for each quantity, over which its worst bounds that over all conditions."""
 _BEST_BOUNDS = {
@@ -347,151 +325,3 @@ def compromise(question: Question, choices: Solutions) -> Solutions:
     tied = least_losses(choices.scores(question.goals), torque)
     rank = Order.of(question).rank(choices.points, tied)
     return choices.select(tied[[np.argmin(rank)]])
-
-
-# --- Between the points of the grid ---------------------------------------------------------------
-
-
-def may_refine(question: Question) -> bool:
-    """Return True if a search between the points of the grid is possible, and not too long."""
-    return bool(_ranges(question)) and _generations(question) >= _FEWEST_GENERATIONS
-
-
-def _ranges(question: Question) -> list[Axis]:
-    """Return the axes between whose points a choice can lie, in the order of their keys."""
-    ranges = [axis for axis in question.choices.axes if axis.is_range]
-    return sorted(ranges, key=lambda axis: axis.key)
-
-
-def _generations(question: Question) -> int:
-    """Return the number of generations of a search."""
-    points = _AT_ONCE_PER_RANGE * len(_ranges(question))
-    at_once = points * len(question.conditions) * question.states_per_design
-    return min(_GENERATIONS, int(_STATES / max(at_once, 1)))
-
-
-def refine_choice(solver: Solver, order: Order, start: Solutions) -> Solutions | None:
-    """Search for a better choice between the points of the grid.
-
-    It comes before `start` in the order. For a front it is as good in all goals, and better in
-    their sum.
-
-    Args:
-        solver: Solver of the question.
-        order: Order by which it is better.
-        start: A choice of the grid with a window.
-
-    Returns:
-        The choice; None if the search finds nothing better, if there is no range to search, or if
-        there are too many conditions.
-    """
-    question = solver.question
-    if not may_refine(question):
-        return None
-    axes = _ranges(question)
-    generations = _generations(question)
-    goals = order.goals
-    before = start.scores(goals)[0]
-    first_before = order.first_scores(start)[0]
-    scale = np.maximum(np.abs(before), 1e-300)
-    weights = _WEIGHT ** np.arange(len(goals) - 1, -1, -1.0)
-    if order.is_front:
-        weights = np.ones(len(goals))
-    of_worst = {*WORST, *columns_of_motion(question.study)}
-    with_worst = question.study.design.advice or any(goal.column in of_worst for goal in goals)
-
-    lean = replace(solver, with_motion=False)
-
-    def choices_at(places: Array) -> Points:
-        """Return choices at places, (choices, ranges), 0 to 1; the rest is as in `start`."""
-        columns: ColumnArrays = {
-            name: np.repeat(values, len(places)) for name, values in start.points.columns.items()
-        }
-        for axis, along in zip(axes, places.T, strict=True):
-            columns[axis.column] = _value(axis, along)
-        return Points.of_columns(question.choices, columns, len(places))
-
-    def cost(places: Array) -> Array:
-        """Return the cost of choices at places, (ranges, choices), the less the better."""
-        tried = solve(lean, choices_at(places.T), with_worst=with_worst)
-        with np.errstate(invalid="ignore"):
-            gain = (tried.scores(goals) - before) / scale  # (choices, goals)
-        of_feasible = -gain @ weights
-        if order.is_front:
-            of_feasible += _PENALTY * np.sum(np.maximum(0.0, -gain), axis=1)
-        breaks_rule = (order.first_scores(tried) < first_before - EQUAL).any(axis=1)
-        of_feasible = of_feasible + np.where(breaks_rule, _BREAKS_RULE, 0.0)
-        costs = np.where(tried.feasible, of_feasible, _cost_without_window(question, tried))
-        return np.asarray(np.where(np.isfinite(costs), costs, 2.0 * _NO_WINDOW))
-
-    place = np.array([_place(axis, float(start.points.columns[axis.column][0])) for axis in axes])
-    steps = np.array([1.0 / (len(axis) - 1) for axis in axes])
-    point = _evolve(cost, place, steps, generations)
-    best = solve(solver, choices_at(point[np.newaxis]))
-    is_better = order.precedes(best, start)
-    if order.is_front:
-        after = best.scores(goals)[0]
-        keeps_rules = np.all(order.first_scores(best)[0] >= first_before - EQUAL)
-        gains = np.all(after >= before) and np.any(after > before + EQUAL * scale)
-        is_better = bool(gains and keeps_rules)
-    return best if best.feasible.item() and is_better else None
-
-
-def _value(axis: Axis, place: Array) -> Array:
-    """Return values of a range at places from 0 to 1 along its grid."""
-    first = axis.values[0]
-    last = axis.values[-1]
-    values = first * (last / first) ** place if axis.is_log else first + (last - first) * place
-    values = np.where(place >= 1.0, last, values)
-    return np.asarray(np.where(place <= 0.0, first, values))
-
-
-def _place(axis: Axis, value: float) -> float:
-    """Return the place of a value, 0 to 1, along the grid of a range."""
-    points = np.array([axis.values[0], value, axis.values[-1]])
-    first, middle, last = np.log(points) if axis.is_log else points
-    return float(np.clip((middle - first) / (last - first), 0.0, 1.0))
-
-
-def _cost_without_window(question: Question, solutions: Solutions) -> Array:
-    """Return the cost of choices without a window: the less, the nearer they are to one."""
-    if question.serve >= 1.0:
-        return _NO_WINDOW * (1.0 + 0.1 * _relative_gap(solutions))
-    return np.asarray(_NO_WINDOW * (1.0 + 0.1 * (question.serve - solutions.served)))
-
-
-def _evolve(cost: Callable[[Array], Array], start: Array, steps: Array, generations: int) -> Array:
-    """Return the point of least cost, (ranges,), by differential evolution.
-
-    Half of the first points lie near the start, the others anywhere. If the best point lies near
-    the ends of some ranges, the point at these ends is tried, too.
-
-    Args:
-        cost: Function from points, (ranges, points), to costs, (points,).
-        start: First point, (ranges,), each 0 to 1.
-        steps: Steps of the grid, (ranges,).
-        generations: Most generations.
-    """
-    from scipy.optimize import Bounds, differential_evolution
-
-    count = _AT_ONCE_PER_RANGE * len(start)
-    random = np.random.default_rng(1)
-    near = np.clip(start + steps * random.normal(size=(count // 2, len(start))), 0.0, 1.0)
-    anywhere = random.random((count - len(near) - 1, len(start)))
-    vectorized: Any = cost  # the stubs know of one point at a time only
-    best = differential_evolution(
-        vectorized,
-        Bounds(np.zeros(len(start)), np.ones(len(start))),
-        init=np.vstack([start, near, anywhere]),
-        maxiter=generations,
-        tol=1e-9,
-        atol=0.0,
-        polish=False,
-        updating="deferred",
-        vectorized=True,
-        rng=random,
-    ).x
-    at_edge = np.where(best > 1.0 - _NEAR_AN_EDGE, 1.0, best)
-    at_edge = np.where(best < _NEAR_AN_EDGE, 0.0, at_edge)
-    tried = np.vstack([best, at_edge])
-    return np.asarray(tried[np.argmin(cost(tried.T))])

@@ -117,12 +117,6 @@ class Order:
         tied = last_stage(self.scores(solutions))
         return int(tied[np.argmin(self.rank(solutions.points, tied))])
 
-    def precedes(self, solutions: Solutions, other: Solutions) -> bool:
-        """Return True if a choice comes before another by a rule; ties are broken by none."""
-        both = np.vstack([self.scores(solutions), self.scores(other)])
-        left = last_stage(both[:, :-1])
-        return len(left) == 1 and left[0] == 0
-
     def rank(self, points: Points, rows: Selection) -> Rows:
         """Return the ranks of choices by the values of their axes, the axes in order of their keys.
 

@@ -1,4 +1,4 @@
-"""Choices anywhere in the space of choices: rows of its grid, or points between them."""
+"""Choices by the numbers that they set: rows of the grid, or others that vary one."""
 
 from __future__ import annotations
 
@@ -45,18 +45,6 @@ class Points(ByChoice):
         columns = {**choices.columns(rows), **_set_by_names(choices, numbers)}
         return cls(numbers, columns, rows)
 
-    @classmethod
-    def of_columns(cls, choices: Space, columns: ColumnArrays, count: int) -> Self:
-        """Return `count` choices by the values of their axes, without rows."""
-        numbers: dict[str, Array] = {}
-        for axis in choices.axes:
-            values = columns[axis.column]
-            if axis.names:
-                numbers |= {key: of_names[values] for key, of_names in axis.numbers.items()}
-            else:
-                numbers[axis.key] = values
-        return cls(numbers, columns, np.full(count, -1))
-
     def with_numbers(self, numbers: Numbers) -> Self:
         """Return the choices with other or further numbers, (choices,) each."""
         return replace(self, numbers={**self.numbers, **numbers})
@@ -64,10 +52,6 @@ class Points(ByChoice):
     def at_pretension(self, pretension: Array) -> Self:
         """Return the choices at their pretensions, (choices,), N."""
         return self.with_numbers({PRETENSION: pretension})
-
-    def repeat(self, count: int) -> Self:
-        """Return the first choice `count` times."""
-        return self.select(np.zeros(count, dtype=np.int64))
 
 
 def _set_by_names(choices: Space, numbers: Numbers) -> ColumnArrays:

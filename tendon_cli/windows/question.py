@@ -30,7 +30,7 @@ from tendon_cli.space.axis import (
     split_side,
 )
 from tendon_cli.space.space import Space
-from tendon_cli.studies.checks import check_cases_are_exact, check_intervals_are_served
+from tendon_cli.studies.checks import check_cases_are_exact, check_shares_are_counted
 from tendon_cli.studies.spaces import check_reading, space_of, wearer_axis
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import StudyNumber
@@ -139,7 +139,7 @@ class Question:
     goals: tuple[Goal, ...] = ()
     """Goals of the study in their order; none if it leaves them open."""
     serve: float = 1.0
-    """Share of persons, draws or conditions that a window must serve."""
+    """Share of persons or draws that a window must serve; 1 if there are neither."""
     placement: Placement = Placement()
     arm: Numbers = field(default_factory=dict)
     """Numbers of the conditions that hold where a suit is set, (1,) each."""
@@ -192,11 +192,6 @@ class Question:
     def groups(self) -> Groups:
         """Groups of the conditions, such as persons."""
         return Groups.of_conditions(self.conditions, self._counts)
-
-    @property
-    def counts_conditions(self) -> bool:
-        """True if it is enough to serve a share of the conditions, each counted by itself."""
-        return self.serve < 1.0 and self.conditions.groups is None
 
     @property
     def _counts(self) -> dict[str, int]:
@@ -383,12 +378,12 @@ def question_of(study: Study) -> Question:
     Uncertain numbers are drawn whether or not the study has `[uncertainty]`.
 
     Raises:
-        StudyError: It has intervals, but asks to serve a share of single conditions.
+        StudyError: It asks for a share, but has neither persons nor draws.
     """
     study = study.drawn()
     check_cases_are_exact(study)
     check_reading(study)
-    check_intervals_are_served(study)
+    check_shares_are_counted(study)
     space = space_of(study).without_pretension()
     pretension = study.design.pretension
     if isinstance(pretension, StudyNumber):

@@ -97,7 +97,7 @@ class Solutions(ByChoice):
 
     @property
     def row(self) -> Rows:
-        """Rows in `choices.parquet`; -1 for a choice that has none."""
+        """Rows in `choices.parquet`."""
         return self.points.row
 
     @property
@@ -137,10 +137,6 @@ class Solutions(ByChoice):
         holder = self.worst if goal.column in WORST else self
         values: Array = getattr(holder, goal.column)
         return values
-
-    def with_row(self, row: Rows) -> Solutions:
-        """Return the same choices with other rows in the table."""
-        return replace(self, points=replace(self.points, row=row))
 
     def with_worst(
         self, question: Question, rows: Selection, values: Worst, *, has_worst: bool = True

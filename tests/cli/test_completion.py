@@ -134,7 +134,7 @@ PERSONS = ["mean-man", "mean-woman", "Ada Lovelace", "Bo", "Eve?[2J"]  # no raw 
         ("plot answer -x from_b", ["from_by"]),
         ("show answer --sort toleran", ["tolerance", "tolerance_length"]),
         ("export answer --columns from_by,served_a", ["from_by,served_at"]),
-        ("export answer --table ", ["choices", "conditions", "named"]),
+        ("export answer --table ", ["choices", "conditions"]),
         ("show people.csv --columns ", ["name", "weight", "stature"]),
         ("show pipe --columns marg", ["margin"]),
         ("show torn.parquet --columns marg", ["margin"]),

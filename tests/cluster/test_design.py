@@ -109,7 +109,7 @@ def test_an_answer_that_loses_its_scheduler_is_finished_without(
     (workplace / "suit.toml").write_text(STUDY, encoding="utf-8")
 
     def kill():
-        wait_for(lambda: list(out.glob("choices.parquet/part-*.parquet")))
+        wait_for(lambda: list(out.glob("unfinished.parquet/part-*.parquet")))
         cluster.scheduler.kill()
 
     killer = in_background(kill)

@@ -100,8 +100,6 @@ def test_the_values_that_a_filter_may_mean_are_those_of_the_table(results, table
     kept = (answer if is_answer else run).kept(table)
     axis_values = axis_values_of(kept)
     columns = kept.read().to_pandas()
-    if is_answer and table == "choices":
-        columns = columns[~columns["refined"]]
     common = [column for column in axis_values if column in columns]
     assert common
     for column in common:

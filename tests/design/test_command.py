@@ -2,16 +2,13 @@
 
 import json
 import signal
-import threading
 
 import pytest
 
-import tendon_cli
 from tendon_cli import kernel
 from tendon_cli.answers import choices as choices_module
 from tendon_cli.answers import record as record_module
 from tendon_cli.answers.choices import Choices
-from tendon_cli.errors import Stopped
 from tendon_cli.windows import candidates
 
 from .studies import CATALOGUE, LOADS, RANGES
@@ -38,7 +35,7 @@ def test_an_answer_is_written_to_its_folder_and_exits_with_0_or_4(tendon, study,
     assert whole.out.startswith(record["text"])
     assert not done.out.startswith(record["text"])
     folder = workplace / "results" / "suit-design"
-    files = {".lock", "choices.parquet", "conditions.parquet", "named.parquet", "design.json"}
+    files = {".lock", "choices.parquet", "conditions.parquet", "design.json"}
     assert {file.name for file in folder.iterdir()} == files
     assert [item.name for item in folder.parent.iterdir()] == ["suit-design"]
     done = tendon("design", study(LOADS), "--no-figures", "--json", "--overwrite")
@@ -48,28 +45,6 @@ def test_an_answer_is_written_to_its_folder_and_exits_with_0_or_4(tendon, study,
     assert done.json["conflicts"][0]["limits"] == ["extensor slack", "min_elbow_stiffness"]
 
 
-def test_an_answer_stopped_while_it_refines_ends_before_the_next_windows(
-    study, workplace, monkeypatch
-):
-    stop = threading.Event()
-    windows_after_stop = []
-    refined = candidates.refine_choice
-
-    def stop_and_refine(*arguments):
-        stop.set()
-        monkeypatch.setattr(
-            kernel, "fold_window", lambda *arguments: windows_after_stop.append(arguments)
-        )
-        return refined(*arguments)
-
-    monkeypatch.setattr(candidates, "refine_choice", stop_and_refine)
-    with pytest.raises(Stopped):
-        tendon_cli.design(tendon_cli.study(study(RANGES)), workplace / "out", stop=stop)
-    assert stop.is_set()
-    assert windows_after_stop == []
-    assert not (workplace / "out/design.json").exists()
-
-
 def test_a_signal_while_an_answer_is_worked_out_ends_with_its_code(
     tendon, study, workplace, monkeypatch
 ):
@@ -77,7 +52,7 @@ def test_a_signal_while_an_answer_is_worked_out_ends_with_its_code(
         signal.raise_signal(signal.SIGINT)
         return choices.select([0])
 
-    file = study(RANGES + '[design]\nmaximise = ["tolerance", "served"]\n')
+    file = study(RANGES + '[design]\nmaximise = ["tolerance"]\nminimise = ["max_tension"]\n')
     with monkeypatch.context() as patch:
         patch.setattr(candidates, "compromise", interrupt)
         patch.setattr(record_module, "sensitivities", lambda *_: pytest.fail("it went on"))
@@ -96,8 +71,8 @@ PEOPLE = ONE_SUIT + "[people]\ncount = 8\n"
 DRAWS = ONE_SUIT + "[sheath]\nfriction = { mean = 0.07, std = 0.005 }\n[uncertainty]\ndraws = 8\n"
 TO_REPAIR = [
     (RANGES, "choices.parquet/part-00000.parquet"),
-    (CATALOGUE, "named.parquet"),
-    (CATALOGUE, "conditions.parquet"),
+    (CATALOGUE, "choices.parquet"),
+    (RANGES, "conditions.parquet"),
     (RANGES, "choices.parquet/part-00005.parquet"),
     (PEOPLE, "persons.parquet"),
     (DRAWS, "draws.parquet"),
@@ -110,8 +85,8 @@ TO_REPAIR = [
 def test_a_damaged_answer_is_repaired_to_the_same_bytes(
     tendon, study, workplace, monkeypatch, hashes_in, text, name
 ):
-    monkeypatch.setattr(choices_module, "CHOICES_PER_PART", 9 if "00005" in name else 48)
-    file = study(f'{text}[design]\nmaximise = ["tolerance", "served"]\n')
+    monkeypatch.setattr(choices_module, "CHOICES_PER_PART", 9)
+    file = study(f'{text}[design]\nmaximise = ["tolerance"]\nminimise = ["max_tension"]\n')
     words = ("design", file, "--no-figures", "--out", "out")
     assert tendon(*words).exit in (0, 4)  # 4: a fresh sample may refute what few persons chose
     before = hashes_in(workplace / "out")

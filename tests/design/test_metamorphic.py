@@ -42,10 +42,25 @@ def check_never_widens(looser, tighter):
     return (after != before).any()
 
 
-@pytest.mark.parametrize("serve", [1.0, 0.6])
+DRAWN_LOADS = {
+    "load": {},
+    "table": [
+        {
+            "name": "load",
+            "role": "draw",
+            "rows": [{"name": str(mass), "load.mass": mass} for mass in (0.0, 5.0, 10.0)],
+        }
+    ],
+}
+"""The same loads, of which a share may be enough."""
+
+
+@pytest.mark.parametrize(
+    "whom", [{}, {**DRAWN_LOADS, "design": {"serve": 0.6}}], ids=["all", "60 %"]
+)
 @pytest.mark.parametrize("limit", LIMITS)
-def test_a_tighter_limit_never_widens_a_window(limit, serve):
-    solutions = [solved(limits={limit: value}, design={"serve": serve}) for value in LIMITS[limit]]
+def test_a_tighter_limit_never_widens_a_window(limit, whom):
+    solutions = [solved(limits={limit: value}, **whom) for value in LIMITS[limit]]
     differ = [check_never_widens(looser, tighter) for looser, tighter in pairwise(solutions)]
     assert any(differ)
 
@@ -70,7 +85,7 @@ def test_one_more_never_widens_a_window_of_all(contents):
 @pytest.mark.parametrize(
     "whom",
     [
-        {},
+        DRAWN_LOADS,
         {"people": {"count": 60}},
         {"people": {"count": 60}, "limits": {"max_tension": 380.0}},
         {"sheath": {"friction": {"mean": 0.07, "std": 0.02}}, "uncertainty": {"draws": 64}},

@@ -1,4 +1,4 @@
-"""Readers join choices with the table of what only the whole answer knows of them."""
+"""Choices are one table, in which those that the answer names stand as it records them."""
 
 import numpy as np
 import pandas as pd
@@ -6,88 +6,67 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.answers import choices as choices_module
+from tendon_cli.answers.tables import VERIFIED, flat
 from tendon_cli.cube.source import table_in
-from tendon_cli.tables.named import open_choices
 
 QUESTION = {
-    "spring": {"stiffness": {"from": "2 kN/m", "to": "8 kN/m", "num": 3}},
-    "spool": {"ratio": {"from": 0.5, "to": 0.7, "num": 3}},
+    "spring": {"stiffness": {"from": "2 kN/m", "to": "8 kN/m", "num": 5}},
+    "spool": {"ratio": {"from": 0.5, "to": 0.7, "num": 4}},
     "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
     "design": {"maximise": ["tolerance"], "minimise": ["max_tension"], "prove": ["3"]},
 }
+DRAWN = QUESTION | {
+    "sheath": {"friction": "0.07 +/- 0.02"},
+    "uncertainty": {"draws": 16},
+    "design": QUESTION["design"] | {"verify": 200},
+}
 
 
-@pytest.fixture(scope="module", params=[9, 4], ids=["one part", "several"])
+@pytest.fixture(scope="module", params=["one part", "several", "draws"])
 def answer(request, tmp_path_factory):
-    """Yield an answer with a front and refined choices, in one part or several, and a last one."""
+    """Yield an answer with a front, in one part or several."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(choices_module, "CHOICES_PER_PART", request.param)
-        yield tendon.design(QUESTION, tmp_path_factory.mktemp("named") / "answer")
+        patch.setattr(choices_module, "CHOICES_PER_PART", 20 if request.param == "one part" else 6)
+        question = DRAWN if request.param == "draws" else QUESTION
+        yield tendon.design(question, tmp_path_factory.mktemp("named") / "answer")
 
 
-def frames(answer):
-    """Return the choices as they are written, and the named ones, both by the row of the choice."""
-    own = pd.read_parquet(answer.folder / "choices.parquet")
-    named = pd.read_parquet(answer.folder / "named.parquet").set_index("choice")
-    return own, named
-
-
-def assert_same(left, right):
-    """Check that two frames have the same values, NaN included."""
-    pd.testing.assert_frame_equal(
-        left.astype(object), right.astype(object), check_names=False, check_index_type=False
-    )
-
-
-def test_named_choices_stand_in_their_places_and_all_others_as_they_are(answer):
-    own, named = frames(answer)
-    joined = answer.choices
-    assert 0 < len(named) < len(joined) == len(own)
-    assert_same(joined.loc[named.index, named.columns], named)
-    others = joined.index.difference(named.index)
-    assert_same(joined.loc[others, own.columns], own.loc[others])
-    assert set(joined.loc[others, "between_samples"]) == {"sampled"}
-    assert not joined.loc[others, "on_front"].any()
-    refined = own.index[own["refined"]]
-    assert len(refined)
-    assert set(refined) <= set(named.index)
-    assert_same(
-        own.loc[refined, own.columns.intersection(named.columns)],
-        named.loc[refined, own.columns.intersection(named.columns)],
-    )
-
-
-def test_the_named_choices_are_those_of_the_record(answer):
-    _, named = frames(answer)
+def rows_of(answer):
+    """Return the choices that an answer names by their rows, with values as a table has them."""
     record = answer.record
     rows = [*record["front"], *record["proved"], record["best"]]
-    assert set(named.index) == {row["choice"] for row in rows}
-    assert 3 in named.index
-    for row in rows:
-        for column in ("pretension_from", "tolerance", "max_tension", "served"):
-            assert named.loc[row["choice"], column] == row[column]
-        assert named.loc[row["choice"], "between_samples"] == row["between_samples"]
+    return {row["choice"]: flat(row) for row in rows}
 
 
-def test_every_reader_joins_them(answer):
-    joined = answer.choices
-    file = answer.folder / "choices.parquet"
-    for table in (table_in(answer.folder), table_in(file), open_choices(file)):
-        assert table.schema.names == list(joined)
-        read = table.read(["on_front", "tolerance"]).to_pandas()
-        assert_same(read, joined[["on_front", "tolerance"]])
-        assert_same(table.read(["on_front"]).to_pandas(), joined[["on_front"]])
-    assert answer.choices.attrs["units"]["between_samples"] == "1"
-    in_memory = tendon.design(QUESTION).choices
-    assert_same(in_memory, joined)
+def test_named_choices_are_those_of_the_record_and_of_others_nothing_is_judged(answer):
+    choices = pd.read_parquet(answer.folder / "choices.parquet")
+    named = rows_of(answer)
+    assert 3 in named
+    assert 0 < len(named) < len(choices) == 20
+    for row, recorded in named.items():
+        for column in choices.columns:
+            value = recorded[column]
+            if value is None:
+                assert pd.isna(choices.loc[row, column]) or choices.loc[row, column] == "", column
+            else:
+                assert choices.loc[row, column] == value, column
+    others = choices.drop(index=[*named])
+    assert set(others["between_samples"]) == {"sampled"}
+    assert not others["on_front"].any()
+    assert others[[*VERIFIED]].isna().all(axis=None)
+
+
+def test_the_table_is_that_of_every_reader(answer):
+    choices = pd.read_parquet(answer.folder / "choices.parquet")
+    for table in (table_in(answer.folder), table_in(answer.folder / "choices.parquet")):
+        pd.testing.assert_frame_equal(table.read().to_pandas(), choices)
+    pd.testing.assert_frame_equal(answer.choices, choices)
+    pd.testing.assert_frame_equal(tendon.design(answer.study).choices, choices)
     on_front = answer.to_xarray()["on_front"].to_numpy().astype(bool).ravel()
-    grid = joined[~joined["refined"]]
-    np.testing.assert_array_equal(on_front, grid["on_front"].to_numpy())
+    np.testing.assert_array_equal(on_front, choices["on_front"].to_numpy())
 
 
-def test_parts_do_not_depend_on_what_the_whole_says(answer, tmp_path):
-    """The same choices under other goals have the same rows: a part knows nothing of the whole."""
-    other = QUESTION | {"design": {"maximise": ["served"]}}
-    own, _ = frames(answer)
-    others, _ = frames(tendon.design(other, tmp_path / "other"))
-    assert_same(own[~own["refined"]], others[~others["refined"]])
+def test_nothing_is_left_of_the_parts_of_an_unfinished_run(answer):
+    assert {item.name.partition(".")[0] for item in answer.folder.iterdir()} <= {
+        *("", "choices", "conditions", "draws", "design"),
+    }

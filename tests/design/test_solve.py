@@ -112,7 +112,9 @@ def assert_same(values, others):
 
 
 def test_enough_may_be_less_than_all(tmp_path):
-    question = question_from("[design]\nserve = 0.75\n" + CATALOGUE, tmp_path)
+    rows = ", ".join(f'{{ name = "{mass}", "load.mass" = "{mass} kg" }}' for mass in (0, 3, 5, 10))
+    drawn = f'[[table]]\nname = "load"\nrole = "draw"\nrows = [{rows}]\n[design]\nserve = 0.75\n'
+    question = question_from(CATALOGUE.removesuffix(LOADS) + drawn, tmp_path)
     solutions = solved(question)
     rows = np.arange(9)
     windows = Solver(question).windows(question.all_points())

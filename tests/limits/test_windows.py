@@ -14,7 +14,6 @@ from .suits import LOOSER_AND_TIGHTER, SUIT, limited
 OF_PEOPLE = {"people": {"count": 3}, "sheath": {"friction": "0.07 +/- 0.02"}}
 VARIANTS = {
     "as it is": {},
-    "nobody is left out": {"design": {"serve": 0.5}},
     "people and draws": {**OF_PEOPLE, "uncertainty": {"draws": 4}},
     "sides differ": {
         "sheath": {"flexor": {"friction": 0.12}},

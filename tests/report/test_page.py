@@ -134,7 +134,7 @@ def test_what_is_no_run_or_a_damaged_one_is_refused(answered, tmp_path):
     with pytest.raises(InputError, match="is not a run folder"):
         write_report(tmp_path)
     folder = shutil.copytree(answered, tmp_path / "answer")
-    (folder / "named.parquet").write_bytes(b"PAR1")
+    (folder / "choices.parquet").write_bytes(b"PAR1")
     with pytest.raises(InputError, match="not as it was written"):
         write_report(folder)
 
@@ -242,23 +242,6 @@ def test_the_persons_of_an_answer_are_served_as_it_says(answered_for_people):
     assert served.mean() == pytest.approx(record["population"]["served"])
     assert 0 < served.sum() < 60
     assert "of 500 newly drawn persons" in people["title"]
-
-
-def test_a_choice_between_the_points_of_the_grid_has_its_persons_too(tmp_path):
-    study = {
-        "people": {"count": 20},
-        "spring": {"stiffness": {"from": "3 kN/m", "to": "8 kN/m", "num": 3}},
-        "spool": {"ratio": 0.6},
-        "load": {"mass": ["0 kg", "5 kg"]},
-        "limits": {"max_tension": "340 N"},
-        "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
-        "design": {"maximise": ["tolerance"], "serve": 0.8},
-    }
-    record = tendon.design(study, tmp_path / "answer").record
-    assert record["population"]["choice"] == 3  # the first row after those of the grid
-    people = data_of(write_report(tmp_path / "answer"))["people"]
-    served = unpacked(people["served"]["array"])
-    assert served.mean() == pytest.approx(record["population"]["served"])
 
 
 def test_an_answer_that_serves_nobody_has_a_page(tmp_path):

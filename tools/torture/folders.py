@@ -19,6 +19,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 from tendon_cli.answers import choices
 from tendon_cli.answers.choices import Choices
 from tendon_cli.engine import plan
+from tendon_cli.engine.folder import RunFolder
 from tendon_cli.engine.run import RunOptions, run_task
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.errors import Stopped, TendonError
@@ -178,7 +179,7 @@ class Folder(RuleBasedStateMachine):
         self.study = load_study(study)
         self.parts = self.task.of(self.study).parts
 
-        self.whole = {} if is_first else whole_of(name)
+        self.whole, self.unfinished = ({}, {}) if is_first else whole_of(name)
         self.harmed = set()
         self.strangers = {}
         self.operations = []
@@ -214,20 +215,28 @@ class Folder(RuleBasedStateMachine):
 
     @property
     def damaged(self):
-        """Names of files that are not as the run wrote them."""
+        """Names of files that are not as the run wrote them.
+
+        The parts of an unfinished run are among them until it is finished.
+        """
         hashes = {
             name: sha256
             for name, sha256 in self.hashes.items()
             if not (self.run / name).is_symlink()
         }
-        return sorted(name for name, sha256 in self.whole.items() if hashes.get(name) != sha256)
+        expected = self.whole if self.is_finished else {**self.whole, **self.unfinished}
+        return sorted(name for name, sha256 in expected.items() if hashes.get(name) != sha256)
+
+    def files_of(self, part):
+        """Return the files without which a part has to be made anew."""
+        task = self.task.of(self.study)
+        return task.needed_by(part) if self.is_finished else {*task.files(part).values()}
 
     @property
     def intact_parts(self):
         """Parts that need not be made anew."""
-        files = self.task.of(self.study).files
         damaged = {*self.damaged}
-        return [index for index in range(self.parts) if damaged.isdisjoint(files(index).values())]
+        return [index for index in range(self.parts) if damaged.isdisjoint(self.files_of(index))]
 
     @property
     def unknown(self):
@@ -246,9 +255,8 @@ class Folder(RuleBasedStateMachine):
 
     def modification_times(self, parts):
         """Return the time at which each file of some parts was written, in ns."""
-        task = self.task.of(self.study)
-        files = [self.run / name for index in parts for name in task.files(index).values()]
-        return {file: file.stat().st_mtime_ns for file in files}
+        needed = {name for index in parts for name in self.files_of(index)}
+        return {self.run / name: (self.run / name).stat().st_mtime_ns for name in needed}
 
     @contextmanager
     def untouched(self):
@@ -272,12 +280,14 @@ class Folder(RuleBasedStateMachine):
         stranger are untouched.
         """
         hashes = self.hashes
+        expected = {**self.whole, **self.unfinished}
         foreign = [
-            name for name in hashes if name not in self.harmed and hashes[name] != self.whole[name]
+            name for name in hashes if name not in self.harmed and hashes[name] != expected[name]
         ]
         assert foreign == []
         if self.is_finished and not self.harmed:
-            assert hashes == self.whole
+            # A kill may leave parts that are not needed any more.
+            assert {name: hashes.get(name) for name in self.whole} == self.whole
         assert {item.name for item in self.home.iterdir()} <= {"study.toml", "run", "stranger"}
         assert {file: file.read_bytes() for file in self.stranger.iterdir()} == self.strangers
 
@@ -356,7 +366,10 @@ class Folder(RuleBasedStateMachine):
         self.assert_whole()
         assert self.has_figure
         if mode == "resume":
-            assert before == {file: file.stat().st_mtime_ns for file in before}
+            after = {file: file.stat().st_mtime_ns for file in before if file.exists()}
+            assert {file: before[file] for file in after} == after
+            lost = before.keys() - after.keys()
+            assert {str(file.relative_to(self.run)) for file in lost} <= {*self.unfinished}
             if was_finished and damaged:
                 assert sorted(record["repaired"]) == damaged
             if not was_finished:
@@ -528,7 +541,10 @@ class Folder(RuleBasedStateMachine):
 
 @functools.cache
 def whole_of(name):
-    """Return the hash of every file of a run that nobody disturbs; each is put in place once."""
+    """Return the hashes of a run that nobody disturbs, and of the parts that go at its end.
+
+    Each file is put in place once.
+    """
     folder = Folder.of(name, is_first=True)
     placed = []
     replace = Path.replace
@@ -539,8 +555,14 @@ def whole_of(name):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Path, "replace", replace_and_note)
-        folder.carry_out()
+        with patch.context() as keeping:
+            keeping.setattr(RunFolder, "drop_unfinished", lambda _folder: None)
+            folder.carry_out()
     assert len(placed) == len({*placed})
-    hashes = folder.hashes
+    everything = folder.hashes
+    assert folder.carry_out().up_to_date
+    whole = folder.hashes
     folder.close()
-    return hashes
+    gone = everything.keys() - whole.keys()
+    assert gone == folder.task.of(folder.study).unfinished
+    return whole, {name: everything[name] for name in gone}

@@ -95,7 +95,7 @@ class Maker:
         self.rng = random.Random(seed)  # noqa: S311 - a repeatable sample
         self.room = {"choice": 6, "condition": 4}
         self.intervals = 1
-        self.ranges = self.happens(0.15)
+        self.is_uncertain = False
 
     def happens(self, chance):
         """Return True with a probability."""
@@ -148,15 +148,11 @@ class Maker:
         if self.intervals and key != "tendon.pretension":
             forms.append(self.interval)
         if self.room[kind] > 1:
-            forms += [self.listed] * 3
-            if kind == "condition" or self.ranges:
-                forms.append(self.grid)
+            forms += [*[self.listed] * 3, self.grid]
         forms += [self.single] * len(forms)
         value, length = self.rng.choice(forms)(*NUMBERS[key])
         if length > 1:
             self.room[kind] //= length
-            is_range = isinstance(value, dict) and kind == "choice"
-            self.ranges -= is_range
         return value
 
     def value(self, low, high):
@@ -206,6 +202,7 @@ class Maker:
 
     def uncertain(self, low, high, unit):
         """Return a distribution about the middle."""
+        self.is_uncertain = True
         middle = low + (high - low) * self.rng.uniform(0.4, 0.6)
         spread = (high - low) * self.rng.uniform(0.02, 0.1)
         about = said(middle, unit)
@@ -508,14 +505,17 @@ class Maker:
     def goals(self, study):
         """Return `[design]`."""
         design = {}
+        counts = self.is_uncertain or "people" in study
         if self.happens(0.3):
             moves = study["motion"].keys() & {"speed", "trajectory"}
             known = (*GOALS, *GOALS_OF_A_MOTION) if moves else GOALS
             goals = self.rng.sample(known, self.rng.randint(1, 3))
+            if not counts:
+                goals = [goal for goal in goals if goal != "served_at"] or ["tolerance"]
             design["minimise"] = goals[:1] if self.happens(0.5) else goals[0]
             if goals[1:]:
                 design["maximise"] = goals[1:]
-        if self.happens(0.25) and (self.intervals or study.keys() & {"people", "uncertainty"}):
+        if self.happens(0.25) and counts:
             design["serve"] = self.rng.choice(["50 %", 0.8, 1])
         design["verify"] = self.rng.choice([0, 200, 1000])
         if self.happens(0.2):
