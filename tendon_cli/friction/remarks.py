@@ -13,8 +13,7 @@ from tendon_cli.friction.effects import DELAY, ENTRY, FORCE, OFFSETS, STRICT
 from tendon_cli.friction.estimate import FrictionEstimate, climbing
 from tendon_cli.friction.fit_result import DOUBT, Check, Fit
 from tendon_cli.friction.models import REFUTED
-from tendon_cli.friction.reading.header import force_factor
-from tendon_cli.friction.reading.readings import Floats
+from tendon_cli.friction.readings import Floats
 from tendon_cli.friction.strokes import disagreement
 from tendon_cli.friction.usable_rows import (
     AT_REST,
@@ -25,7 +24,7 @@ from tendon_cli.friction.usable_rows import (
     UNLOADED,
     Log,
 )
-from tendon_cli.units import counted, shorten
+from tendon_cli.units import counted, force_factor, shorten
 
 _SHOWN = 0.5
 """Probability above which the readings show an effect."""

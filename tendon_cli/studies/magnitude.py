@@ -26,7 +26,10 @@ from tendon_cli.units import (
 )
 
 _RARE = frozenset(
-    ("um", "km", "in", "mN", "kgf", "lbf", "N/cm", "t", "lb", "mrad", "rev", "min", "h", "rev/s")
+    (
+        *("um", "km", "in", "mN", "cN", "daN", "gf", "kgf", "lbf", "N/cm", "t", "lb", "mrad"),
+        *("rev", "mN m", "mNm", "N cm", "kg cm", "oz in", "us", "ns", "min", "h", "rev/s"),
+    )
 )
 """Units that are suggested only if no other fits."""
 _MOST_SUGGESTED = 2
