@@ -15,7 +15,6 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 GROUND = {
     "answer_record",
     "call_options",
-    "cells",
     "errors",
     "figure_marks",
     "files",
@@ -41,7 +40,6 @@ MAY_IMPORT = {
     "figure_marks": set(),
     "files": {"errors", "units"},
     "call_options": {"errors", "units"},
-    "cells": {"errors", "files", "units"},
     "quantities": {"units"},
     "readers": {"errors", "files", "units"},
     "display": {"errors", "registry"},

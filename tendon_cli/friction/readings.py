@@ -476,7 +476,7 @@ def _times(table: Table, column: Heading) -> tuple[Floats, str]:
 def _radians(table: Table, column: Heading, role: str) -> Floats:
     """Return a column of angles, rad."""
     before = len(table.faults)
-    angles = table.numbers(column, "angle", may_lack=True)
+    angles, _ = table.quantity(column, "angle", may_lack=True)
     if len(table.faults) > before:
         return angles
     for row in np.flatnonzero(~(angles >= 0.0)).tolist():

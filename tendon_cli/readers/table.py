@@ -27,10 +27,9 @@ from tendon_cli.readers.clock import Floats, counted_on, evenly, stamps, unwrapp
 from tendon_cli.readers.file_text import PLAIN_START, is_comment, lines_of, raise_all, unpacked
 from tendon_cli.readers.heading import Heading, column_called, columns_named
 from tendon_cli.units import (
-    SENSOR_UNITS,
-    UNITS,
     UnitError,
     counted,
+    factor_of,
     find_unit,
     known_units,
     shorten,
@@ -45,6 +44,8 @@ _MOST_NAMES = 5
 """Largest number of columns that a note lists."""
 _HEADER_WITHIN = 200
 """Number of lines at the beginning in which the header is looked for."""
+_LINES_PER_ROW = 4
+"""Lines per row, comments and empty ones among them, from which a file is too large to look at."""
 _SAMPLE = 20
 """Number of last rows that show how many cells rows have."""
 _SEPARATORS = {"\t": "tab", ";": "semicolon", ",": "comma", " ": "spaces"}
@@ -55,7 +56,7 @@ separate if nothing else does.
 """
 _NUMBER = r"[+-]?(?:[0-9]{1,40}(?:[.,][0-9]{0,40})?|[.,][0-9]{1,40})(?:[eE][+-]?[0-9]{1,3})?"
 _IS_NUMBER = re.compile(_NUMBER)
-_SPACED_NUMBERS = re.compile(r"\s*[+-]?[0-9]+(?:[.,][0-9]+)?(?:\s+[+-]?[0-9]+(?:[.,][0-9]+)?)+\s*")
+_DECIMAL = re.compile(r"[+-]?[0-9]+(?:[.,][0-9]+)?(?:[eE][+-]?[0-9]{1,3})?")
 _THOUSANDS = "[+-]?[1-9][0-9]{0,2}[.,][0-9]{3}"
 """Number in which a sign may separate thousands."""
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "?", "1.#qnan", "<na>", "nat")
@@ -148,9 +149,24 @@ class Table:
             hint="leave one of them out, or give it another name",
         )
 
+    def named(self, *names: str) -> list[Heading]:
+        """Return the columns of some names."""
+        return columns_named(self.columns, names)
+
     def find(self, *names: str) -> Heading | None:
         """Return the column of one of some names; None if there is none. Refuse two."""
-        return self.only(columns_named(self.columns, names), names[0].replace("_", " "))
+        return self.only(self.named(*names), names[0].replace("_", " "))
+
+    def need(self, *names: str, hint: str) -> Heading | None:
+        """Return the column of one of some names, the first its own; none or two are a fault."""
+        try:
+            column = self.find(*names)
+        except InputError as error:
+            self.faults.append(error)
+            return None
+        if column is None:
+            self.refuse(f"no column {names[0]}, the columns are {self.shown}", hint)
+        return column
 
     def called(self, given: str, option: str) -> Heading:
         """Return the column that a user names by its header or its number from 1.
@@ -189,16 +205,13 @@ class Table:
         """
         import pyarrow.compute as pc
 
-        texts = self.texts(column)
         if self.separator in ("", ","):
-            return texts
+            return self.texts(column)
         text = self._arrow(column)
         is_measure = pc.match_substring_regex(text, rf"^{_NUMBER}(\s.*)?$")
         with self.collected():
             numbers = pc.replace_substring_regex(text, r"\s.*$", "")
             self.check_signs(column, pc.if_else(is_measure, numbers, ""))
-        if self.decimal != ",":
-            return texts
         with_points = pc.replace_substring_regex(text, r"^([^\s,]*),", r"\1.")
         return list(pc.if_else(is_measure, with_points, self.data[column.index]).to_pylist())
 
@@ -210,12 +223,34 @@ class Table:
         missing = pc.is_in(pc.utf8_lower(self._arrow(column)), value_set=pa.array(_MISSING))
         return np.asarray(missing.to_numpy(zero_copy_only=False))
 
-    def numbers(
-        self, column: Heading, dimension: str = "", *, unit: str = "", may_lack: bool = False
-    ) -> Floats:
-        """Return the numbers of a column, SI, or as written without a dimension.
+    def numbers(self, column: Heading, *, may_lack: bool = False) -> Floats:
+        """Return the numbers of a column as written.
 
         A cell without a number is NaN, and a fault unless cells may lack one.
+        """
+        cells = self.data[column.index]
+        if _is_frame(cells) and cells.dtype.kind in "biuf":
+            values = cells.astype(np.float64)
+            is_missing = np.isnan(values)
+            is_wrong = np.isinf(values)
+        else:
+            values, is_number, is_missing = self._converted(column)
+            is_wrong = ~is_number & ~is_missing
+        for row in np.flatnonzero(is_wrong | (is_missing & (not may_lack))).tolist():
+            found = str(cells[row]).strip()
+            shown = f'"{shorten(found)}"' if found else "empty"
+            hint = "units belong in the header, and numbers have no sign between thousands"
+            problem = f"{column.name} is {shown}, expected a number"
+            self.refuse(problem, hint if found else None, column=column, row=row)
+        for row in np.flatnonzero(np.isinf(values) & ~is_wrong).tolist():
+            problem = f'{column.name} is "{shorten(str(cells[row]))}", too large for a number'
+            self.refuse(problem, column=column, row=row)
+        return np.where(np.isinf(values), np.nan, values)
+
+    def quantity(
+        self, column: Heading, dimension: str, *, unit: str = "", may_lack: bool = False
+    ) -> tuple[Floats, str]:
+        """Return the numbers of a column in SI, and the symbol of the unit in which they stand.
 
         Args:
             column: The column.
@@ -223,18 +258,12 @@ class Table:
             unit: Unit if the header says none.
             may_lack: True if a cell may be empty or say that there is no number.
         """
-        values = self._parsed(column, may_lack=may_lack)
-        if not dimension:
-            return values
+        values = self.numbers(column, may_lack=may_lack)
         for row in np.flatnonzero(np.abs(values) > _LARGEST).tolist():
             problem = f"{column.name} is {values[row]:g}, expected {_LARGEST:g} at most"
             self.refuse(problem, column=column, row=row)
-        return values * self.factor(column, dimension, unit)
-
-    def factor(self, column: Heading, dimension: str, unit: str = "") -> float:
-        """Return the unit of a column in SI. No unit, or one of another dimension, is a fault."""
         symbol = self.unit_of(column, dimension, unit)
-        return float((UNITS | SENSOR_UNITS)[symbol].factor) if symbol else np.nan
+        return values * (factor_of(symbol) if symbol else np.nan), symbol
 
     def unit_of(self, column: Heading, dimension: str, unit: str = "") -> str:
         """Return the symbol of a column's unit; empty, and a fault, if it is none of a dimension.
@@ -275,7 +304,7 @@ class Table:
         if times is not None:
             unit = "s"
         else:
-            times = self._parsed(column, may_lack=may_lack)
+            times = self.numbers(column, may_lack=may_lack)
         times, rolls = counted_on(times)
         for row in rows_of(rolls):
             problem = f"{column.shown} rolls over at 2^32, and is counted on from there"
@@ -310,33 +339,12 @@ class Table:
             cells = pa.array(["" if cell is None else str(cell) for cell in cells.tolist()])
         return pc.replace_substring(cells, "\u2212", "-")
 
-    def _parsed(self, column: Heading, *, may_lack: bool) -> Floats:
-        """Return the numbers of a column as written; what is no number is a fault, and NaN."""
-        cells = self.data[column.index]
-        if _is_frame(cells) and cells.dtype.kind in "biuf":
-            values = cells.astype(np.float64)
-            is_missing = np.isnan(values)
-            is_wrong = np.isinf(values)
-        else:
-            text = self._arrow(column)
-            values, is_number, is_missing = self._converted(column, text)
-            is_wrong = ~is_number & ~is_missing
-        for row in np.flatnonzero(is_wrong | (is_missing & (not may_lack))).tolist():
-            found = str(cells[row]).strip()
-            shown = f'"{shorten(found)}"' if found else "empty"
-            hint = "write numbers without units and without thousands separators"
-            problem = f"{column.name} is {shown}, expected a number"
-            self.refuse(problem, hint if found else None, column=column, row=row)
-        for row in np.flatnonzero(np.isinf(values) & ~is_wrong).tolist():
-            problem = f'{column.name} is "{shorten(str(cells[row]))}", too large for a number'
-            self.refuse(problem, column=column, row=row)
-        return np.where(np.isinf(values), np.nan, values)
-
-    def _converted(self, column: Heading, text: Any) -> tuple[Floats, np.ndarray, np.ndarray]:
+    def _converted(self, column: Heading) -> tuple[Floats, np.ndarray, np.ndarray]:
         """Return the numbers of texts, and masks of those that are numbers and that are missing."""
         import pyarrow as pa
         import pyarrow.compute as pc
 
+        text = self._arrow(column)
         missing = pc.is_in(pc.utf8_lower(text), value_set=pa.array(_MISSING))
         is_number = pc.match_substring_regex(text, f"^{_NUMBER}$")
         with self.collected():
@@ -539,6 +547,8 @@ class _Text:
         """Return the table; `known` is as `read_table` takes it."""
         sha256 = hashlib.sha256(self.content).hexdigest()
         content = unpacked(self.content, self.source, self.most_bytes)
+        if content.count(b"\n") > _LINES_PER_ROW * self.most_rows + _HEADER_WITHIN:
+            raise self._too_many(self.source)
         lines = lines_of(content, self.source.removesuffix(".gz"))
         start, in_degrees = self._preamble(lines)
         plain = [
@@ -558,9 +568,7 @@ class _Text:
         if not numbers:
             raise InputError(f"there are no {self.noun}s below the header", where=where)
         if len(numbers) > self.most_rows:
-            where = f"{self.source}, line {numbers[self.most_rows] + 1}"
-            hint = "keep fewer rows, such as every tenth"
-            raise InputError(f"more than {self.most_rows:,} {self.noun}s", where=where, hint=hint)
+            raise self._too_many(f"{self.source}, line {numbers[self.most_rows] + 1}")
         columns = [_in_degrees(column, in_degrees) for column in columns]
         read = known(columns)
         needed = 1 + max((column.index for column in read), default=len(columns) - 1)
@@ -578,6 +586,11 @@ class _Text:
             notes=notes,
             faults=faults,
         )
+
+    def _too_many(self, where: str) -> InputError:
+        """Return the error of a file with more rows than are read."""
+        hint = "keep fewer rows, such as every tenth"
+        return InputError(f"more than {self.most_rows:,} {self.noun}s", where=where, hint=hint)
 
     def _preamble(self, lines: list[str]) -> tuple[int, bool | None]:
         """Return the first line after those that say how a file is written, and its angles' unit.
@@ -601,23 +614,25 @@ class _Text:
         return 0, None
 
     def _separator(self, lines: list[str]) -> str:
-        """Return the separator that divides most of the lines into equally many columns."""
-        if _SPACED_NUMBERS.fullmatch(lines[-1]) and "\t" not in lines[-1]:
+        """Return the separator that divides most of the lines into equally many columns.
+
+        Spaces divide lines only if the last has two numbers, or columns that stand apart.
+        """
+        last = lines[-1].split()
+        if len(last) > 1 and "\t" not in lines[-1] and all(map(_DECIMAL.fullmatch, last)):
             return " "  # commas, if there are any, are decimal
         shares = {}
-        for separator in _SEPARATORS:
-            counts = Counter(
-                len(line.split()) - 1 if separator == " " else line.count(separator)
-                for line in lines
-            )
+        for separator in ("\t", ";", ","):
+            counts = Counter(line.count(separator) for line in lines)
             counts.pop(0, None)
             shares[separator] = max(counts.values(), default=0) / len(lines)
         common = [separator for separator, share in shares.items() if share >= 0.5]
-        best = common[0] if common else max(shares, key=shares.__getitem__)
-        if not shares[best]:
-            hint = "columns are separated by comma, semicolon, tab or spaces"
-            raise InputError("no line has more than one column", where=self.source, hint=hint)
-        return best
+        if common:
+            return common[0]
+        has_numbers = sum(map(bool, map(_DECIMAL.fullmatch, last))) > 1
+        if has_numbers or re.search(r"\S {2,}\S", lines[-1]):
+            return " "
+        return max(shares, key=shares.__getitem__) if any(shares.values()) else ","
 
     def _cells(self, line: str, place: int, width: int = 0) -> list[str]:
         """Return the cells of one line without quotes; a quoted cell must end on its line.

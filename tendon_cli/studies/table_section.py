@@ -16,7 +16,7 @@ from tendon_cli.studies.contents import keys
 from tendon_cli.studies.design_section import Seed
 from tendon_cli.studies.fields import FieldMark, fault, fault_inside, hint_at_nearest, whole_number
 from tendon_cli.studies.parts import FileName, Part, field_default
-from tendon_cli.studies.row_reading import RowCells, RowReader, known_columns, row_keys
+from tendon_cli.studies.row_reading import RowCells, RowHeader, RowReader, known_columns, row_keys
 from tendon_cli.studies.row_table import NAME, RowTable, StatedRole
 from tendon_cli.studies.values import StudyNumber, Uncertain, sample_numbers
 from tendon_cli.units import described, shorten
@@ -242,12 +242,13 @@ class TableSection(Part):
             order = [text for text in self.header or () if text in self.rows]
             header = list(dict.fromkeys((*order, *self.rows)))
             columns = [list(self.rows[text]) for text in header]
-            return RowCells(where, header, columns, lambda row: f"{rows}, row {row + 1}", rows)
+            headers = [RowHeader.of(text) for text in header]
+            return RowCells(where, headers, columns, lambda row: f"{rows}, row {row + 1}", rows)
         flat = [dict(_flat(row)) for row in self.rows]
         keys_given = list(dict.fromkeys(key for row in flat for key in row))
         columns = [[row.get(key) for row in flat] for key in keys_given]
-        header = [str(key) for key in keys_given]
-        return RowCells(where, header, columns, lambda row: f"{rows}.{row}", rows)
+        headers = [RowHeader.of(str(key)) for key in keys_given]
+        return RowCells(where, headers, columns, lambda row: f"{rows}.{row}", rows)
 
     def sampled(self, at: int) -> RowTable:
         """Return the table of a sample.

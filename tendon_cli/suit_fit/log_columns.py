@@ -16,7 +16,7 @@ import numpy as np
 from tendon_cli.errors import UsageError
 from tendon_cli.readers.heading import Heading, column_called
 from tendon_cli.readers.table import Table
-from tendon_cli.units import SENSOR_UNITS, force_factor, shorten
+from tendon_cli.units import SENSOR_UNITS, factor_of, force_factor, shorten
 
 ELBOW_ANGLE = "elbow_angle"
 SPOOL_ANGLE = "spool_angle"
@@ -194,7 +194,8 @@ def si_factor(table: Table, column: Heading, role: str, scaling: Scaling) -> flo
         return 2.0 * math.pi / scaling.counts_per_turn
     if role in TENSION_CHANNELS and dimension == "mass":
         return force_factor(column.unit) or np.nan
-    return table.factor(column, wanted[0])
+    symbol = table.unit_of(column, wanted[0])
+    return factor_of(symbol) if symbol else np.nan
 
 
 def wished_columns(columns: list[Heading]) -> list[str]:

@@ -116,7 +116,7 @@ def hostile(table: Written, number: int) -> dict[str, tuple[Content, str, str]]:
     width = len(table.names)
     column = f"line 3, column {number + 1}"
     lines = plain.splitlines(keepends=True)
-    semicolons = [line.replace(",", ";").replace(".", ",") for line in lines]
+    semicolons = table.text(";", ",").splitlines(keepends=True)
     thousand = semicolons[2].rstrip("\n").split(";")
     thousand[number] = "1.250"
     decimal = semicolons[1].rstrip("\n").split(";")

@@ -32,7 +32,7 @@ def values(table):
     """Return time, force and angle in SI."""
     found = [table.find(name) for name in ("time", "force", "elbow_angle")]
     numbers = [
-        table.numbers(column, dimension)
+        table.quantity(column, dimension)[0]
         for column, dimension in zip(found, ("time", "force", "angle"), strict=True)
     ]
     table.raise_faults()
@@ -120,7 +120,7 @@ def test_names_and_units_of_headers():
 )
 def test_an_unknown_unit_is_called_so(header, message):
     table = read(f"time (s),{header}\n0,1\n1,2\n")
-    table.numbers(table.find("force"), "force")
+    table.quantity(table.find("force"), "force")
     with pytest.raises(InputError, match=message) as caught:
         table.raise_faults()
     assert caught.value.where == "log.csv, line 1, column 2"
@@ -129,7 +129,7 @@ def test_an_unknown_unit_is_called_so(header, message):
 def test_every_fault_is_told_in_the_order_of_the_lines():
     table = read("time (s),force (N)\n0,x\ny,1\n20,z\n30\n")
     for name in ("force", "time"):
-        table.numbers(table.find(name), name)
+        table.numbers(table.find(name))
     with pytest.raises(InputError) as caught:
         table.raise_faults()
     lines = [part.split(",")[0].strip(" :") for part in caught.value.message.splitlines()[1:]]
@@ -138,7 +138,7 @@ def test_every_fault_is_told_in_the_order_of_the_lines():
 
 def test_of_many_faults_the_first_are_told_and_the_others_counted():
     table = read("time (s),force (N)\n" + "0,x\n" * 1000)
-    table.numbers(table.find("force"), "force")
+    table.numbers(table.find("force"))
     with pytest.raises(InputError) as caught:
         table.raise_faults()
     assert len(caught.value.message.splitlines()) == MOST_FAULTS + 2
@@ -185,7 +185,7 @@ def test_opensim_says_the_unit_of_its_angles():
     rows = "time\tarm_flex_r\telbow_flex_r\n0.0\t1\t2\n0.1\t3\t4\n"
     for word, factor in (("yes", np.pi / 180.0), ("no", 1.0)):
         table = read(head.format(word) + rows)
-        angle = table.numbers(table.find("elbow_flex_r"), "angle")
+        angle, _ = table.quantity(table.find("elbow_flex_r"), "angle")
         assert np.allclose(angle, np.array([2.0, 4.0]) * factor)
 
 
@@ -249,7 +249,7 @@ def test_an_encoder_that_wraps_is_counted_on(low):
     rows = "".join(f"{row},{angle:.6f}\n" for row, angle in enumerate(shown))
     table = read(f"time (s),elbow angle (deg)\n{rows}")
     angle = table.find("elbow_angle")
-    whole = np.degrees(table.unwrapped(angle, table.numbers(angle, "angle"), 2.0 * np.pi))
+    whole = np.degrees(table.unwrapped(angle, table.quantity(angle, "angle")[0], 2.0 * np.pi))
     assert np.allclose(whole - whole[0], true - true[0], atol=1e-5)
     assert "starts again after one turn" in table.notes[0]
     steady = np.radians(np.linspace(0.0, 350.0, 400))
