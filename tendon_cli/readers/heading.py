@@ -18,7 +18,7 @@ _ONLY_WITH = {"A": "current|strom|amp", "min": "time|zeit|duration"}
 """Words without which a header means something else: "cell A", "force_min"."""
 _CLOCKS = {"millis": "ms", "micros": "us", "nanos": "ns"}
 """Units of clocks that are called by them."""
-_LONGEST_UNIT = 6
+_LONGEST_UNIT = 8
 """Most letters of an unknown unit that ends a header without brackets."""
 
 

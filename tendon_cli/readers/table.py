@@ -165,7 +165,8 @@ class Table:
             self.faults.append(error)
             return None
         if column is None:
-            self.refuse(f"no column {names[0]}, the columns are {self.shown}", hint)
+            found = shorten(", ".join(column.header for column in self.columns))
+            self.refuse(f"no column {names[0]}, the header reads: {found}", hint)
         return column
 
     def called(self, given: str, option: str) -> Heading:
@@ -690,6 +691,12 @@ class _Text:
                 return at, columns
         if usual is None:
             raise wrong[0]
+        first = lines[candidates[0]]
+        for separator, word in _SEPARATORS.items():
+            if separator != self.separator and known(_columns_of(first.split(separator))):
+                problem = f"the header is separated by {word}, and the rows are by"
+                where = f"{self.source}, line {candidates[0] + 1}"
+                raise InputError(f"{problem} {_SEPARATORS[self.separator]}", where=where)
         if all(_IS_NUMBER.fullmatch(column.header) for column in usual[1]):
             numbered = _columns_of([f"column {at + 1}" for at in range(width)])
             if known(numbered):

@@ -441,7 +441,10 @@ class Attachments:
             stated_by = self.places.file_of(key)
             neighbour = "the study" if stated_by is None else shown(stated_by)
             problem = f'there is no file "{shorten(name)}" beside {neighbour}'
-            self.faults.append(Fault(key, problem))
+            hint = None
+            if not name.isprintable():
+                hint = "in double quotes a backslash begins an escape: single quotes, or /"
+            self.faults.append(Fault(key, problem, hint))
         except (OSError, ValueError) as error:
             if isinstance(error, OSError) and error.errno == errno.EFBIG:
                 problem = f"{error.strerror}, expected less"

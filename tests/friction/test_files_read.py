@@ -7,6 +7,7 @@ import pytest
 from tendon_cli.errors import UsageError
 from tendon_cli.friction import fit_friction
 from tendon_cli.friction.budget import BEND
+from tendon_cli.friction.fit_result import DOUBT
 from tests.readers.files import good
 
 from .cases import mentions
@@ -122,3 +123,20 @@ def test_the_uncertainty_of_angles_in_a_column(csv_file) -> None:
         fit_friction(csv_file(both), bend_angle="+/- 2 deg")
     with pytest.raises(UsageError, match="not given"):
         fit_friction(csv_file(TABLE), bend_angle="+/- 2 deg")
+
+
+@pytest.mark.parametrize(
+    ("angle", "factor", "words"),
+    [("15 deg", 1.0, "not of 15 deg"), ("144 deg", 9.0, "one cell reads"), ("144 deg", 1.0, "")],
+)
+def test_a_number_that_no_sheath_has_is_doubted_first(
+    angle: str, factor: float, words: str, csv_file
+) -> None:
+    """A ratio of the forces of e² is no sheath's, and a bend that is too small makes μ large."""
+    rows = [f"1,{factor * 1.236:.6f},1.028"] * 3 + [f"2,{0.858 / factor:.6f},1.036"] * 3
+    text = "\n".join(["case,load_cell_1_kg,load_cell_2_kg", *rows])
+    fit = fit_friction(csv_file(text), bend_angle=angle)
+    doubts = [warning for warning in fit.warnings if warning.startswith(DOUBT)]
+    assert bool(doubts) == bool(words)
+    assert words in "".join(doubts)
+    assert not doubts or fit.text.startswith(f"warning: {DOUBT}")

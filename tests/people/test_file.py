@@ -192,7 +192,7 @@ def test_weighting_counts_as_given_and_one_person_is_enough():
             'line 3.*weight is "9 kg", expected a number.*units belong in the header',
         ),
         ("weight (kg),weighting\n70,1\n80,-0.5", "line 3.*weighting is -0.5"),
-        ("weight (kg),weighting\n70,1\n80,", 'line 3.*weighting is empty'),
+        ("weight (kg),weighting\n70,1\n80,", "line 3.*weighting is empty"),
         ("weight (kg),weighting\n70,0\n80,0", "every weighting is 0"),
         (
             "name,weight (kg)\nAda,70\nBo,80\nAda,75",
