@@ -517,7 +517,12 @@ def _table_of_frame(frame: Any, known: Known, source: str, noun: str, most_rows:
     rows = max(lengths, default=0)
     if not 0 < rows <= most_rows:
         raise InputError(f"{counted(rows, noun)}, expected 1 to {most_rows:,}", where=where)
+    units = getattr(frame, "attrs", {}).get("units", {})  # of tendon's own tables
     columns = [Heading.of(index, str(name)) for index, (name, _) in enumerate(pairs)]
+    columns = [
+        replace(column, unit=column.unit or units.get(column.header, "").replace("1", ""))
+        for column in columns
+    ]
     digest = hashlib.sha256()
     for values in data:
         is_object = values.dtype == object
@@ -854,7 +859,9 @@ def _columns_of(cells: Sequence[str]) -> list[Heading]:
 
 
 def _in_degrees(column: Heading, in_degrees: bool | None) -> Heading:
-    """Return a coordinate of OpenSim's with the unit that its file states."""
-    if in_degrees is None or column.unit or column.words & {"time", "force", "torque", "moment"}:
+    """Return a column of OpenSim's with the unit that its file states; time is in seconds."""
+    if in_degrees is None or column.unit or column.words & {"force", "torque", "moment"}:
         return column
+    if "time" in column.words:
+        return replace(column, unit="s")
     return replace(column, unit="deg" if in_degrees else "rad")

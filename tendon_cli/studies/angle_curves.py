@@ -318,6 +318,9 @@ def _unordered(positions: Array, first: str) -> list[tuple[str, int]]:
         positions: Angles or times, (rows,).
         first: Name of their column.
     """
+    back = first_back(positions) if first == "time" else None
+    if back is not None and "again" in back[1]:
+        return [(back[1], back[0])]
     order = np.argsort(positions, kind="stable")
     same = np.flatnonzero(np.diff(positions[order]) == 0.0)
     problem = f"the same {first} twice, expected each once"
@@ -330,9 +333,6 @@ def _unordered(positions: Array, first: str) -> list[tuple[str, int]]:
     is_back = directions == -expected
     begins = is_back & ~np.append(False, is_back[:-1])
     problem = f"{first}s that go back and forth, expected them to rise"
-    back = first_back(positions) if first == "time" else None
-    if back is not None:
-        problem = f"{back[1]}, expected times that rise"
     return [*problems, *((problem, row) for row in (np.flatnonzero(begins) + 1).tolist())]
 
 
@@ -378,6 +378,7 @@ def read_curve(
         """Return the columns of a line that names an angle or a time."""
         spellings = [kind.spellings(name) for kind in kinds for name in dict(kind.dimensions)]
         found = [columns_named(columns, names) for names in spellings]
+        found += [_joint_angles(columns)]
         has_first = any(columns_named(columns, kind.spellings(kind.first)) for kind in kinds)
         return [column for few in found for column in few] if has_first else []
 
@@ -400,7 +401,12 @@ def read_curve(
         example = f"such as {name} ({known_units(dimension)[0]})"
         hint = "; ".join(filter(None, (example, kind.meaning)))
         columns[name] = np.full(len(table), np.nan)
-        column = table.need(*kind.spellings(name), hint=hint)
+        joint_angles = _joint_angles(table.columns)
+        if name == "angle" and not table.named(*kind.spellings(name)) and len(joint_angles) == 1:
+            column: Heading | None = joint_angles[0]
+            table.notes.append(f"{where}: the angle is {joint_angles[0].shown}")
+        else:
+            column = table.need(*kind.spellings(name), hint=hint)
         if column is None:
             continue
         read.append(column)
@@ -421,6 +427,11 @@ def read_curve(
         slips += step_slips(columns["time"], time_unit, where)
     listed = {name: values.tolist() for name, values in columns.items()}
     return _ascending(listed, slips), [*table.unread(read), *table.notes]
+
+
+def _joint_angles(columns: Sequence[Heading]) -> list[Heading]:
+    """Return the columns of angles that name the elbow, such as OpenSim's "elbow_flexion_r"."""
+    return [one for one in columns if one.dimension == "angle" and "elbow" in one.words]
 
 
 def _collect_disorder(table: Table, columns: Array, kind: CurveColumns) -> None:

@@ -2,6 +2,7 @@
 
 import pytest
 
+import tendon_cli as tendon
 from tendon_cli.errors import InputError, StudyError
 from tendon_cli.readers.file_text import lines_of
 from tendon_cli.studies.load import any_study, load_study
@@ -91,6 +92,39 @@ def test_every_fault_of_persons_is_told():
         read_persons(b"weight (kg),stature (cm),sex\n70,x,m\n-7,180,q\n", "people.csv")
     for words in ('stature is "x"', "weight is -7 kg"):
         assert words in raised.value.message
+
+
+def test_a_motion_of_opensim_is_a_trajectory(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    written = FILES["motion.trajectory"]
+    rows = "".join(f"{time}\t1.5\t{angle}\n" for time, angle in written.rows)
+    head = "Coordinates\nversion=1\nnRows=200\nnColumns=3\ninDegrees=yes\n\nendheader\n"
+    text = f"{head}time\tarm_flex_r\telbow_flex_r\n{rows}"
+    study = study_of(tmp_path, "motion.trajectory", text, "ik.mot")
+    assert study.hash == study_of(tmp_path, "motion.trajectory", written.text()).hash
+    assert 'ik.mot: the angle is "elbow_flex_r"' in study.warnings
+    with pytest.raises(InputError, match="no column angle, the header reads: time, arm_flex_r"):
+        study_of(tmp_path, "motion.trajectory", text.replace("elbow", "knee"), "ik.mot")
+
+
+def test_a_motion_of_tendon_is_a_trajectory(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    study = study_of(tmp_path, "motion.trajectory", FILES["motion.trajectory"].text())
+    states = tendon.sweep(study).states
+    units = states.attrs["units"]
+    text = states.rename(columns=lambda name: f"{name} ({units[name]})").to_csv(index=False)
+    again = study_of(tmp_path, "motion.trajectory", text, "states.csv")
+    angles = again.motion.trajectory.columns["angle"]
+    assert angles == pytest.approx(states["elbow_angle"])
+
+
+def test_a_clock_that_starts_again_names_the_line(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = FILES["motion.trajectory"].text()
+    twice = text + text.partition("\n")[2]
+    with pytest.raises(InputError, match="time starts again in this row") as caught:
+        study_of(tmp_path, "motion.trajectory", twice)
+    assert caught.value.where == "file.csv, line 202"
 
 
 FAULTY_FILES = {

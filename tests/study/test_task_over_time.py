@@ -99,7 +99,7 @@ ROWS = csv_text("time (s),torque (N m)", TIME, TASK)
         (
             content("task.csv"),
             {"task": csv_text("time (s),torque (N m)", TIME[::-1], TASK)},
-            "time goes back",
+            "times that go back",
         ),
         (content("task.csv"), {"task": ROWS, "gait": WITH_TASK}, "leave one of them out"),
         (content({"time": [0, 5], "torque": [0, 9000]}), {}, "far from any arm"),

@@ -171,12 +171,12 @@ SWING_WITHOUT_START = np.where(TIME == 0.0, np.nan, SWING)
     ("text", "line", "words"),
     [
         (rows(np.insert(TIME, 20, TIME[19]), LONGER_SWING), "line 22", "same time twice"),
-        (rows(np.insert(TIME, 20, 0.105), LONGER_SWING), "line 22", "time goes"),
-        (rows(TIME[::-1], SWING), "line 3", "time goes back"),
+        (rows(np.insert(TIME, 20, 0.105), LONGER_SWING), "line 22", "times that go"),
+        (rows(TIME[::-1], SWING), "line 3", "times that go back"),
         (rows(TIME[:5], SWING[:5]), "line 6", "12 at least"),
         (rows(TIME, SWING_WITHOUT_START), "line 2", "expected a number"),
     ],
-    ids=["time twice", "time goes back", "falling times", "too few", "not finite"],
+    ids=["time twice", "times that go back", "falling times", "too few", "not finite"],
 )
 def test_a_faulty_file_is_refused_with_its_line(file, text, line, words):
     path = file(text)

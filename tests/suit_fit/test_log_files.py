@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import tendon_cli as tendon
 from tendon_cli.errors import InputError
 from tendon_cli.suit_fit.log_columns import Scaling
 from tendon_cli.suit_fit.suit_log import read_logs
@@ -71,6 +72,20 @@ def test_a_logger_that_restarts_names_the_line(read):
     with pytest.raises(InputError, match="time starts again in this row") as caught:
         read(twice)
     assert caught.value.where == "log.csv, line 82"
+
+
+def test_tables_of_tendon_are_logs(tmp_path):
+    """A frame has its units beside it, an export in its headers."""
+    states = tendon.sweep({"load": {"mass": "3 kg"}}).states
+    units = states.attrs["units"]
+    exported = states.rename(columns=lambda name: f"{name} ({units[name]})")
+    exported.to_csv(tmp_path / "states.csv", index=False)
+    for source in (states, tmp_path / "states.csv"):
+        (log,) = read_logs([source], {}, Scaling())
+        assert log.load_mass[0] == 3.0
+        assert np.isin(log.elbow_angle, states["elbow_angle"]).all()
+        assert np.isin(log.channels["motor_torque"], states["motor_torque"]).all()
+        assert len(log.channels) == 6
 
 
 def test_millis_is_a_time(read):
