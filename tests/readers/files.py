@@ -98,6 +98,10 @@ def good(table: Written) -> dict[str, Content]:
         "units in a row, semicolons, a title": "Messung vom 12.03.2024;;\n"
         + table.of_lines(named, units, separator=";", decimal=","),
         "a logger's head": toa5,
+        "LabVIEW's head": "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\n"
+        "***End_of_Header***\t\n\t\nChannels\t3\n***End_of_Header***\n" + table.text("\t"),
+        "OpenSim's head": "Coordinates\nversion=1\nnRows=4\ninDegrees=yes\n\nendheader\n"
+        + table.text("\t"),
         "packed": gzip.compress(plain.encode()),
     }
     if not any(units):
