@@ -153,14 +153,10 @@ class Table:
         """Return the columns of some names."""
         return columns_named(self.columns, names)
 
-    def find(self, *names: str) -> Heading | None:
-        """Return the column of one of some names; None if there is none. Refuse two."""
-        return self.only(self.named(*names), names[0].replace("_", " "))
-
     def need(self, *names: str, hint: str) -> Heading | None:
         """Return the column of one of some names, the first its own; none or two are a fault."""
         try:
-            column = self.find(*names)
+            column = self.only(self.named(*names), names[0])
         except InputError as error:
             self.faults.append(error)
             return None
@@ -307,9 +303,10 @@ class Table:
         else:
             times = self.numbers(column, may_lack=may_lack)
         times, rolls = counted_on(times)
-        for row in rows_of(rolls):
-            problem = f"{column.shown} rolls over at 2^32, and is counted on from there"
-            self.notes.append(f"{self.place(row=row)}: {problem}")
+        self.notes += [
+            f"{self.place(row=int(row))}: {column.shown} rolls over at 2^32, and is counted on"
+            for row in rolls[:_MOST_NAMES]
+        ]
         spread = evenly(times)
         if spread is not None:
             times, shared = spread
@@ -420,11 +417,6 @@ class Table:
             refuse(min(signs.values()), problem, hint)
 
 
-def rows_of(rows: np.ndarray) -> list[int]:
-    """Return the first rows of many, as many as a list of notes has room for."""
-    return [int(row) for row in rows[:_MOST_NAMES]]
-
-
 def _is_frame(cells: Any) -> bool:
     return isinstance(cells, np.ndarray)
 
@@ -501,6 +493,8 @@ def _table_of_frame(frame: Any, known: Known, source: str, noun: str, most_rows:
     import pandas as pd
 
     where = source or "the table"
+    kind = type(frame).__name__
+    problem = f"{kind} is not a path, a DataFrame or a mapping of arrays of equal length"
     try:
         if hasattr(frame, "column_names"):  # of Arrow
             pairs = list(zip(frame.column_names, frame.columns, strict=True))
@@ -509,12 +503,11 @@ def _table_of_frame(frame: Any, known: Known, source: str, noun: str, most_rows:
         else:
             pairs = [(name, frame[name]) for name in frame]
         data = [np.atleast_1d(np.asarray(values)) for _, values in pairs]
-        lengths = {len(values) for values in data}
     except (TypeError, ValueError, LookupError) as error:
-        raise UsageError(_no_frame(frame), where=where) from error
-    if len(lengths) > 1 or any(values.ndim != 1 for values in data):
-        raise UsageError(_no_frame(frame), where=where)
-    rows = max(lengths, default=0)
+        raise UsageError(problem, where=where) from error
+    if len({values.shape for values in data}) > 1 or any(values.ndim > 1 for values in data):
+        raise UsageError(problem, where=where)
+    rows = len(data[0]) if data else 0
     if not 0 < rows <= most_rows:
         raise InputError(f"{counted(rows, noun)}, expected 1 to {most_rows:,}", where=where)
     units = getattr(frame, "attrs", {}).get("units", {})  # of tendon's own tables
@@ -530,12 +523,6 @@ def _table_of_frame(frame: Any, known: Known, source: str, noun: str, most_rows:
     has_header = bool(known(columns))
     lines = np.arange(rows)
     return Table(where, digest.hexdigest(), columns, lines, data, has_header)
-
-
-def _no_frame(frame: Any) -> str:
-    return (
-        f"{type(frame).__name__} is not a path, a DataFrame or a mapping of arrays of equal length"
-    )
 
 
 @dataclass

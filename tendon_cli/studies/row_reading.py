@@ -59,7 +59,6 @@ _UNSTATED = ("inf", "+inf", "-inf", "infinity", "\u221e", "nan", "na", "n/a", "-
 """Cells of a limit that a maker does not state: they are as empty."""
 _HEADER = re.compile(r"^(.*?)\s*(?:[(\[](.*)[)\]])?\s*$", re.DOTALL)
 _NUMBER = re.compile(r"[+-]?([0-9]{1,40}\.?[0-9]{0,40}|\.[0-9]{1,40})([eE][+-]?[0-9]{1,3})?")
-_NUMBERS = re.compile(rf"{_NUMBER.pattern}(?:\n{_NUMBER.pattern})*")
 _OTHER_COLUMNS = (
     *("design", "direction", "status", "taut", "stable", "feasible", "on_front", "advice"),
     *("refined", "windows", "weighting", "from_by", "to_by", "between_samples", "choice", "sex"),
@@ -340,9 +339,7 @@ class RowReader:
             column = ["" if str(cell).strip().lower() in _UNSTATED else cell for cell in column]
         cells = _ColumnCells(mark, unit, are_texts=self.cells.are_texts)
         if cells.are_si and set(map(type, column)) == {float} and not np.isinf(column).any():
-            values = np.array(column)
-        elif cells.may_be_plain and _are_plain_numbers(column):
-            values = cells.plain_values(column)
+            values = np.array(column)  # as a record has them
         else:
             values = self._values(header, column, cells)
         self._refuse_out_of_bounds(header, column, values, cells)
@@ -414,8 +411,6 @@ class RowReader:
 
     def _carried(self, header: RowHeader, column: Sequence[Any]) -> CarriedColumn:
         """Return a column that sets nothing: of numbers if every cell is one, else of text."""
-        if _are_plain_numbers(column):
-            return CarriedColumn(header.column, header.unit, np.array(list(map(float, column))))
         empty = [_is_empty(cell) for cell in column]
         given = [cell for cell, is_empty in zip(column, empty, strict=True) if not is_empty]
         if given and all(map(_is_number, given)):
@@ -482,17 +477,6 @@ class _ColumnCells:
         is_angle = self.mark.quantity.dimension == "angle"
         return self.unit is None and not self.are_texts and not is_angle
 
-    @property
-    def may_be_plain(self) -> bool:
-        """True if plain numbers are in a unit that is a power of ten times that of SI."""
-        return not self._has_unit or self._shift is not None
-
-    def plain_values(self, column: Sequence[str]) -> Array:
-        """Return the values of a column of plain numbers in SI, (rows,)."""
-        if not self._shift:
-            return np.array(list(map(float, column)))
-        return np.array([_shifted(text, self._shift) for text in column])
-
     def value(self, cell: Any) -> float:
         """Return the value of a cell in SI.
 
@@ -545,13 +529,6 @@ def _are_different_names(cells: Sequence[Any]) -> bool:
     is_long = max(map(len, cells)) > _LONGEST_NAME
     has_spaces = any(cell.strip() != cell or not cell for cell in cells)
     return not (is_long or has_spaces) and "".join(cells).isprintable()
-
-
-def _are_plain_numbers(cells: Sequence[Any]) -> bool:
-    """Return True if all cells are texts of plain numbers, in one look at all of them."""
-    if set(map(type, cells)) != {str}:
-        return False
-    return _NUMBERS.fullmatch("\n".join(cells)) is not None
 
 
 def _power_of_ten(factor: Fraction) -> int | None:

@@ -30,7 +30,7 @@ def read(given, **options):
 
 def values(table):
     """Return time, force and angle in SI."""
-    found = [table.find(name) for name in ("time", "force", "elbow_angle")]
+    found = [table.named(name)[0] for name in ("time", "force", "elbow_angle")]
     numbers = [
         table.quantity(column, dimension)[0]
         for column, dimension in zip(found, ("time", "force", "angle"), strict=True)
@@ -75,7 +75,7 @@ def test_a_name_that_stands_twice_is_refused_with_both_places():
     twice = pd.DataFrame([[1.0, 2.0]], columns=["force (N)", "force (N)"])
     for table in (read_table(twice, known), read("force (N),force (kN)\n1,2\n")):
         with pytest.raises(InputError, match="two columns give the force") as caught:
-            table.find("force")
+            table.only(table.named("force"), "force")
         assert "(column 1)" in caught.value.message
         assert "(column 2)" in caught.value.message
 
@@ -120,7 +120,7 @@ def test_names_and_units_of_headers():
 )
 def test_an_unknown_unit_is_called_so(header, message):
     table = read(f"time (s),{header}\n0,1\n1,2\n")
-    table.quantity(table.find("force"), "force")
+    table.quantity(table.named("force")[0], "force")
     with pytest.raises(InputError, match=message) as caught:
         table.raise_faults()
     assert caught.value.where == "log.csv, line 1, column 2"
@@ -129,7 +129,7 @@ def test_an_unknown_unit_is_called_so(header, message):
 def test_every_fault_is_told_in_the_order_of_the_lines():
     table = read("time (s),force (N)\n0,x\ny,1\n20,z\n30\n")
     for name in ("force", "time"):
-        table.numbers(table.find(name))
+        table.numbers(table.named(name)[0])
     with pytest.raises(InputError) as caught:
         table.raise_faults()
     lines = [part.split(",")[0].strip(" :") for part in caught.value.message.splitlines()[1:]]
@@ -138,7 +138,7 @@ def test_every_fault_is_told_in_the_order_of_the_lines():
 
 def test_of_many_faults_the_first_are_told_and_the_others_counted():
     table = read("time (s),force (N)\n" + "0,x\n" * 1000)
-    table.numbers(table.find("force"))
+    table.numbers(table.named("force")[0])
     with pytest.raises(InputError) as caught:
         table.raise_faults()
     assert len(caught.value.message.splitlines()) == MOST_FAULTS + 2
@@ -147,7 +147,7 @@ def test_of_many_faults_the_first_are_told_and_the_others_counted():
 
 def test_cells_without_a_number_are_nan_where_they_may_be():
     table = read("time (s),force (N)\n0,\n1,NaN\n2,-\n3,1.5\n")
-    force = table.find("force")
+    force = table.named("force")[0]
     assert np.isnan(table.numbers(force, may_lack=True)).tolist() == [True] * 3 + [False]
     table.raise_faults()
     table.numbers(force)
@@ -185,7 +185,7 @@ def test_opensim_says_the_unit_of_its_angles():
     rows = "time\tarm_flex_r\telbow_flex_r\n0.0\t1\t2\n0.1\t3\t4\n"
     for word, factor in (("yes", np.pi / 180.0), ("no", 1.0)):
         table = read(head.format(word) + rows)
-        angle, _ = table.quantity(table.find("elbow_flex_r"), "angle")
+        angle, _ = table.quantity(table.named("elbow_flex_r")[0], "angle")
         assert np.allclose(angle, np.array([2.0, 4.0]) * factor)
 
 
@@ -248,7 +248,7 @@ def test_an_encoder_that_wraps_is_counted_on(low):
     shown = (true - low) % 360.0 + low
     rows = "".join(f"{row},{angle:.6f}\n" for row, angle in enumerate(shown))
     table = read(f"time (s),elbow angle (deg)\n{rows}")
-    angle = table.find("elbow_angle")
+    angle = table.named("elbow_angle")[0]
     whole = np.degrees(table.unwrapped(angle, table.quantity(angle, "angle")[0], 2.0 * np.pi))
     assert np.allclose(whole - whole[0], true - true[0], atol=1e-5)
     assert "starts again after one turn" in table.notes[0]

@@ -165,17 +165,6 @@ def test_rows_that_set_nothing_are_refused(header, sets):
             tendon.study(content)
 
 
-def test_a_file_of_a_german_spreadsheet_is_read(folder):
-    (folder / "springs.csv").write_bytes(
-        "name;spring.stiffness (kN/m);Preis (EUR);Lieferant\r\nS1;1,5;9,5;Müller\r\n".encode(
-            "latin-1"
-        )
-    )
-    table = tendon.study({"table": [of_file()]}).row_tables[0]
-    assert table.numbers["spring.stiffness"].tolist() == [1500.0]
-    assert [column.text(0) for column in table.carried] == ["9.5 EUR", "Müller"]
-
-
 def test_a_table_without_a_key_is_refused_with_the_nearest_keys(folder):
     (folder / "suits.csv").write_text("name,Spring rate (N/mm),mu,built by\nHeron,4.5,0.09,Ada\n")
     with pytest.raises(InputError, match=r"suits\.csv, line 1: no column is a key") as caught:
