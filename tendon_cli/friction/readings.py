@@ -329,7 +329,8 @@ def _motor_by_headers(first: str | None, second: str | None) -> str | None:
 def _names(table: Table, column: Heading) -> Any:
     """Return a column of names, as a pandas Categorical."""
     names = table.texts(column)
-    return pd.Categorical(names, categories=[*dict.fromkeys(names)])
+    is_file = table.header is not None
+    return pd.Categorical(names, categories=[*dict.fromkeys(names)] if is_file else None)
 
 
 class _Meaning(NamedTuple):

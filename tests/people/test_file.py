@@ -36,12 +36,6 @@ def test_a_written_population_is_read_back():
     assert not any("expected value" in note for note in again.notes)
 
 
-IN_POUNDS_AND_INCHES = """\
-weight (lb),shoe,stature (in),name
-137.788914,39,66.14173228,Ada
-198.416036,43,71.45669291,Bo"""
-
-
 def test_missing_dimensions_are_those_of_a_regression_over_many_drawn_bodies():
     crowd = draw(SURVEY, "female", 200_000, seed=4).values
     weight = crowd[:, DIMENSIONS.index("weight")]
