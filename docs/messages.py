@@ -15,6 +15,8 @@ KINDS = {
     "fault": "study, exit 2",
     "SizeError": "size, exit 2",
     "InputError": "input, exit 3",
+    "table.refuse": "input, exit 3",
+    "self.refuse": "input, exit 3",
     "OutputError": "output, exit 5",
     "WorkersLostError": "workers, exit 6",
     "MemoryShortError": "memory, exit 6",
@@ -25,7 +27,7 @@ KINDS = {
 """Kind and exit code of each error, by the name that makes it."""
 _PLACE_OF_MESSAGE = {"Fault": 1}
 """Place of the message among the arguments; 0 for any other error."""
-_PLACE_OF_HINT = {"Fault": 2, "fault": 1, "UnitError": 1}
+_PLACE_OF_HINT = {"Fault": 2, "fault": 1, "UnitError": 1, "table.refuse": 1, "self.refuse": 1}
 """Place of the hint among the arguments, unless it is given by keyword."""
 
 

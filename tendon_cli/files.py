@@ -125,26 +125,6 @@ def read_file(path: Path, most: int) -> bytes:
     return content
 
 
-_CHUNK = 2**20
-"""Bytes that are read at once while lines are counted."""
-
-
-def has_more_lines(path: Path, most: int) -> bool:
-    """Return True if a regular file has more than so many lines; it is read no further.
-
-    Raises:
-        OSError: It cannot be read.
-    """
-    lines = 0
-    with open_file(path) as file:
-        while lines <= most:
-            chunk = file.read(_CHUNK)
-            if not chunk:
-                return False
-            lines += chunk.count(b"\n") or chunk.count(b"\r")
-    return True
-
-
 def _check_regular(status: os.stat_result, path: Path) -> None:
     """Raise OSError unless this is the status of a regular file."""
     if not stat.S_ISREG(status.st_mode):

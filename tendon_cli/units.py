@@ -10,6 +10,8 @@ from __future__ import annotations
 import difflib
 import math
 import re
+import unicodedata
+from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import date, time
 from decimal import Decimal, Inexact, localcontext
@@ -18,10 +20,15 @@ from fractions import Fraction
 # 50 digits of pi, so that degrees are rounded once, from a value far more precise than a float64.
 _PI = Fraction("3.14159265358979323846264338327950288419716939937511")
 
+_OUNCE_INCH = Fraction("0.45359237") / 16 * Fraction("9.80665") * Fraction("0.0254")
+"""Weight of an ounce at an inch, N m."""
+
 # Mantissas and exponents are bounded, so that reading "1e999999999 m" costs no memory.
 _NUMBER = r"[+-]?(?:\d{1,80}(?:\.\d{0,80})?|\.\d{1,80})(?:[eE][+-]?\d{1,3})?"
 _PLAIN_DIGITS = 16  # numbers of more decimal places are written with an exponent
 _MAX_TEXT = 200  # signs of a text that is read as a quantity
+_TYPESET = str.maketrans({"\u2212": "-", "\u00a0": " ", "\u202f": " "})
+"""Minus and spaces as pages and word processors set them."""
 _QUANTITY = re.compile(rf"({_NUMBER})(?:[ \t]*([^\s\d].*))?")
 
 
@@ -47,6 +54,7 @@ UNITS: dict[str, Unit] = (
     | _units(
         "force", {"N": 1, "mN": "0.001", "kN": 1000, "kgf": "9.80665", "lbf": "4.4482216152605"}
     )
+    | _units("force", {"cN": "0.01", "daN": 10, "gf": "0.00980665"})
     | _units("stiffness", {"N/m": 1, "kN/m": 1000, "N/mm": 1000, "N/cm": 100})
     | _units("pressure", {"Pa": 1, "kPa": 10**3, "MPa": 10**6, "GPa": 10**9})
     | _units("mass", {"kg": 1, "g": "0.001", "t": 1000, "lb": "0.45359237"})
@@ -55,9 +63,14 @@ UNITS: dict[str, Unit] = (
         "torque",
         {"N m": 1, "Nm": 1, "N·m": 1, "N*m": 1, "N mm": "0.001", "N·mm": "0.001", "kN m": 1000},
     )
+    | _units("torque", {"mN m": "0.001", "mNm": "0.001", "N cm": "0.01"})
+    | _units("torque", {"kg cm": "0.0980665", "oz in": _OUNCE_INCH})
     | _units("rotational stiffness", {"N m/rad": 1, "N·m/rad": 1, "N m/deg": 180 / _PI})
     | _units("torque constant", {"N m/A": 1, "Nm/A": 1, "N·m/A": 1, "mN m/A": "0.001"})
-    | _units("time", {"s": 1, "ms": "0.001", "min": 60, "h": 3600})
+    | _units(
+        "time",
+        {"s": 1, "ms": "0.001", "us": "0.000001", "ns": "0.000000001", "min": 60, "h": 3600},
+    )
     | _units(
         "angular speed",
         {"rad/s": 1, "deg/s": _PI / 180, "°/s": _PI / 180, "rpm": _PI / 30, "rev/s": 2 * _PI},
@@ -70,6 +83,16 @@ UNITS: dict[str, Unit] = (
     | _units("power", {"W": 1, "mW": "0.001", "kW": 1000})
     | _units("energy", {"J": 1, "mJ": "0.001", "kJ": 1000})
 )
+
+SENSOR_UNITS: dict[str, Unit] = (
+    _units("voltage", {"V": 1, "mV": "0.001", "mV/V": 1})
+    | _units("current", {"A": 1, "mA": "0.001"})
+    | _units("counts", {"counts": 1})
+)
+"""Units in which sensors are logged, and no study states a number."""
+
+STANDARD_GRAVITY = Fraction("9.80665")
+"""Standard acceleration of gravity, m/s²."""
 
 SI_UNIT = {unit.dimension: unit.symbol for unit in reversed(UNITS.values()) if unit.factor == 1}
 """Unit of each dimension in which numbers are computed and stored."""
@@ -159,6 +182,14 @@ def factor_of(symbol: str) -> float:
     return float(UNITS[symbol].factor) if symbol in UNITS else 1.0
 
 
+def force_factor(symbol: str | None) -> float | None:
+    """Return newtons per unit of force, or per unit of mass by its weight; None for others."""
+    unit = UNITS.get(symbol or "")
+    if unit is None or unit.dimension not in {"force", "mass"}:
+        return None
+    return float(unit.factor * (STANDARD_GRAVITY if unit.dimension == "mass" else 1))
+
+
 def terminating(value: Fraction) -> str | None:
     """Return the decimal digits of a rational number, or None if they do not end."""
     with localcontext(prec=200) as context:
@@ -194,7 +225,8 @@ def parse_measure(text: str, dimension: str) -> Measure:
         UnitError: The text is anything else; the error says what was expected.
     """
     expected = wanted(dimension)
-    match = _QUANTITY.fullmatch(text.strip()) if len(text) <= _MAX_TEXT else None
+    plain = text.translate(_TYPESET).strip()
+    match = _QUANTITY.fullmatch(plain) if len(text) <= _MAX_TEXT else None
     symbol = (match.group(2) or "").strip() if match is not None else ""
     if match is None or symbol.startswith(","):
         problem = f'"{shorten(text)}" is not one number and one unit, expected {expected}'
@@ -205,7 +237,7 @@ def parse_measure(text: str, dimension: str) -> Measure:
             return Measure(number, UNITS["1"])
         problem = f'"{number}" has no unit, expected {expected}'
         raise UnitError(problem, f"write {with_unit(number, dimension)}")
-    return Measure(number, _find_unit(symbol, dimension, expected))
+    return Measure(number, find_unit(symbol, dimension))
 
 
 def usual_units(dimension: str) -> tuple[str, ...]:
@@ -237,29 +269,122 @@ def measure_of_number(value: float, dimension: str) -> Measure:
     return Measure(repr(value), UNITS[SI_UNIT[dimension]])
 
 
-def _find_unit(symbol: str, dimension: str, expected: str) -> Unit:
-    """Return the unit with this symbol. Raise UnitError if the dimension has no such unit."""
-    unit = UNITS.get(symbol)
+def written_unit(text: str, dimension: str | None = None) -> Unit | None:
+    """Return the unit that a header writes, such as "(Nm)", "kilograms" or "µs"; None if none.
+
+    Signs between the parts of a unit do not matter, nor does case, unless it may be that of a
+    prefix: "MN" is no way to write mN.
+
+    Args:
+        text: Text of a header, or a part of it.
+        dimension: Dimension that its quantity has, if known.
+    """
+    bare = unicodedata.normalize("NFKC", text).strip().strip("()[]{} ")
+    exact = UNITS.get(bare) or SENSOR_UNITS.get(bare)
+    if exact is not None and dimension in (None, exact.dimension):
+        return exact
+    for unit in _written_alike(_plain(bare)):
+        if dimension in (None, unit.dimension):
+            return unit
+    return None
+
+
+def _plain(symbol: str) -> str:
+    """Return a unit without signs between its parts."""
+    return re.sub(r"[\s_·*.-]", "", unicodedata.normalize("NFKC", symbol))
+
+
+def _written_alike(plain: str) -> Iterator[Unit]:
+    """Yield the units that a text without signs may mean: exactly, or in another case.
+
+    The case of a first m is that of a prefix, and counts but in capitals throughout: "MS" is ms.
+    """
+    yield from _WRITTEN.get(plain, ())
+    for unit in _WRITTEN.get(plain.lower(), ()):
+        has_prefix = plain[:1] == "M" and unit.symbol[:1] == "m"
+        is_usual = unit.dimension in ("length", "time") and plain.isupper()
+        if not has_prefix or is_usual:
+            yield unit
+
+
+def _written_units() -> dict[str, list[Unit]]:
+    """Return the units by their forms in headers without signs, and by words for them."""
+    written: dict[str, list[Unit]] = {}
+    every = {**UNITS, **SENSOR_UNITS}
+    for unit in every.values():
+        plain = _plain(unit.symbol)
+        forms = {plain, *_WORDS.get(unit.symbol, "").split()}
+        if plain not in ("MPa", "mN", "mV", "mW", "mJ"):  # mPa, MN and others are units, too
+            forms.add(plain.lower())
+        for form in forms:
+            written.setdefault(form, []).append(unit)
+    return written
+
+
+_WORDS = {
+    "N": "newton newtons",
+    "N m": "newtonmeter newtonmetre newtonmeters",
+    "mN m": "mnm",
+    "deg": "degree degrees grad",
+    "rad": "radian radians",
+    "rev": "turns revolutions umdrehungen",
+    "s": "sec second seconds sekunden",
+    "ms": "millis millisecond milliseconds",
+    "um": "μm",
+    "us": "μs micros microsecond microseconds",
+    "ns": "nanos nanosecond nanoseconds",
+    "kg": "kilogram kilograms",
+    "g": "gram grams gramm",
+    "lb": "lbs",
+    "V": "volt volts",
+    "A": "ampere amps",
+    "counts": "count ticks cts inkremente",
+}
+"""Words for units in headers, English and German."""
+_WRITTEN = _written_units()
+
+
+def find_unit(symbol: str, dimension: str) -> Unit:
+    """Return the unit with this symbol.
+
+    Raises:
+        UnitError: There is no such unit, or it is one of another dimension.
+    """
+    unit = UNITS.get(symbol) or SENSOR_UNITS.get(symbol)
     if unit is None:
         hint = _hint_of_unknown_unit(symbol, dimension)
-        raise UnitError(f'unknown unit "{shorten(symbol)}", expected {expected}', hint)
+        raise UnitError(f'unknown unit "{shorten(symbol)}", expected {wanted(dimension)}', hint)
     if unit.dimension != dimension:
         hint = f"units of {dimension}: {', '.join(known_units(dimension))}"
         if dimension == "number":
             hint = "a number without unit, or %"
-        raise UnitError(f'"{symbol}" is {_with_article(unit.dimension)}, expected {expected}', hint)
+        problem = f'"{symbol}" is {_with_article(unit.dimension)}, expected {wanted(dimension)}'
+        raise UnitError(problem, hint)
     return unit
 
 
 def _hint_of_unknown_unit(symbol: str, dimension: str) -> str:
-    """Return the nearest unit, or a list of units, for a symbol that is not one."""
-    same_but_case = [known for known in UNITS if known.lower() == symbol.lower()]
-    if not same_but_case and any(sign.isdigit() for sign in symbol):
+    """Return the nearest unit, or a list of units, for a symbol that is not one.
+
+    A unit that differs by a prefix is not meant: it would be another power of ten.
+    """
+    known = known_units(dimension)
+    same = written_unit(symbol, dimension)
+    if same is not None:
+        return f'did you mean "{same.symbol}"?'
+    if any(sign.isdigit() for sign in symbol):
         return "only one number fits here; several form a list, a range is { from, to, num }"
-    similar = same_but_case or difflib.get_close_matches(symbol, known_units(dimension), n=1)
-    if similar:
+    near = difflib.get_close_matches(symbol, known, n=len(known))
+    similar = [other for other in near if not _stems(symbol) & _stems(other)]
+    if similar and not _stems(symbol) & set(map(_plain, known)):
         return f'did you mean "{similar[0]}"?'
-    return f"known units: {', '.join(known_units(dimension))}"
+    return f"known units: {', '.join(known)}"
+
+
+def _stems(symbol: str) -> set[str]:
+    """Return a symbol without signs, as it is and without what may be a prefix."""
+    plain = _plain(symbol)
+    return {plain, re.sub(r"^(da|[kMGTmuμnchd])(?=.)", "", plain)}
 
 
 def wanted(dimension: str) -> str:

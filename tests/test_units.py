@@ -18,6 +18,7 @@ from tendon_cli.units import (
     parse_measure,
     shorten,
     to_float,
+    written_unit,
 )
 
 from .study.malformed.row import at_most
@@ -27,12 +28,14 @@ DEFINED = {
     "1": "1", "%": "1/100",
     "m": "1", "cm": "1/100", "mm": "1/1000", "um": "1/1000000", "km": "1000", "in": "254/10000",
     "N": "1", "mN": "1/1000", "kN": "1000", "kgf": "980665/100000",
+    "cN": "1/100", "daN": "10", "gf": "980665/100000000",
     "N/m": "1", "kN/m": "1000", "N/mm": "1000", "N/cm": "100",
     "Pa": "1", "kPa": "1000", "MPa": "1000000", "GPa": "1000000000",
     "kg": "1", "g": "1/1000", "t": "1000", "lb": "45359237/100000000",
     "N m": "1", "Nm": "1", "N·m": "1", "N*m": "1", "N mm": "1/1000", "N·mm": "1/1000", "kN m": "1000",
+    "mN m": "1/1000", "mNm": "1/1000", "N cm": "1/100", "kg cm": "980665/10000000",
     "N m/rad": "1", "N·m/rad": "1", "N m/A": "1", "Nm/A": "1", "N·m/A": "1", "mN m/A": "1/1000",
-    "s": "1", "ms": "1/1000", "min": "60", "h": "3600",
+    "s": "1", "ms": "1/1000", "us": "1/1000000", "ns": "1/1000000000", "min": "60", "h": "3600",
     "rad": "1", "mrad": "1/1000",
     "kg m2": "1", "kg m^2": "1", "kg m²": "1", "kg·m²": "1", "kg cm2": "1/10000", "g cm2": "1/10000000",
     "Hz": "1", "rad/s": "1", "W": "1", "mW": "1/1000", "kW": "1000", "J": "1", "mJ": "1/1000", "kJ": "1000",
@@ -42,7 +45,8 @@ TURNS = {"deg": Fraction(1, 360), "°": Fraction(1, 360), "rev": Fraction(1),
 
 
 def test_every_unit_is_defined_here():
-    assert set(UNITS) - set(DEFINED) - set(TURNS) == {"lbf", "N m/deg"}
+    assert set(UNITS) - set(DEFINED) - set(TURNS) == {"lbf", "N m/deg", "oz in"}
+    assert UNITS["oz in"].factor == UNITS["lbf"].factor / 16 * UNITS["in"].factor
     assert UNITS["lbf"].factor == UNITS["lb"].factor * UNITS["kgf"].factor
     assert UNITS["N m/deg"].factor * UNITS["rev"].factor / 360 == 1
 
@@ -98,11 +102,36 @@ def test_a_slip_of_case_is_refused_and_the_unit_named():
         assert any(known in caught.value.hint for known in known_units(unit.dimension))
 
 
+def test_no_hint_crosses_a_power_of_ten():
+    """A unit that differs by a prefix is another unit: all are listed instead."""
+    for symbol, dimension in (
+        ("MN", "force"), ("\u00b5N", "force"), ("Mm", "length"), ("mN/m", "stiffness"), ("hPa", "pressure"),
+        ("cN m", "torque"), ("dN", "force"),
+    ):  # fmt: skip
+        with pytest.raises(UnitError, match="unknown unit") as caught:
+            parse_measure(f"1 {symbol}", dimension)
+        assert caught.value.hint == f"known units: {', '.join(known_units(dimension))}"
+
+
+WRITTEN = {
+    "mNm": "mNm", "(Nm)": "Nm", "N-m": "N m", "nm": "N m", "[kilograms]": "kg", "LBS": "lb", "\u00b5s": "us",
+    "Grad": "deg", "TIME_MS": None, "MS": "ms", "ticks": "counts", "mV/V": "mV/V", "MN": None, "MNm": None,
+    "oz-in": "oz in", "kg\u00b7cm": "kg cm", "counts": "counts", "mpa": None, "a": "A", "": None, "newton meter": "N m",
+}  # fmt: skip
+"""Symbols by what a header writes."""
+
+
+def test_units_as_headers_write_them():
+    found = {text: written_unit(text) for text in WRITTEN}
+    assert {text: unit and unit.symbol for text, unit in found.items()} == WRITTEN
+    assert written_unit("nm", "length") is None
+
+
 @pytest.mark.parametrize(
     ("text", "exact"),
     [("9 mm", "0.009"), ("9mm", "0.009"), ("  9   mm  ", "0.009"), ("9\tmm", "0.009"), ("9. mm", "0.009"),
      (".9 mm", "0.0009"), ("+9 mm", "0.009"), ("-9 mm", "-0.009"), ("0.9e1 mm", "0.009"), ("9E-3 m", "0.009"),
-     ("9e+0 mm", "0.009"), ("009 mm", "0.009"), ("1e2m", "100"), ("0 m", "0")],
+     ("9\u00a0mm", "0.009"), ("9\u202fmm", "0.009"), ("\u22129 mm", "-0.009"), ("9e+0 mm", "0.009"), ("009 mm", "0.009"), ("1e2m", "100"), ("0 m", "0")],
 )  # fmt: skip
 def test_the_ways_to_write_a_number(text, exact):
     assert parse_measure(text, "length").exact == Fraction(exact)
@@ -114,8 +143,8 @@ def test_the_ways_to_write_a_number(text, exact):
         "", " ", "m", "9", "mm 9", "9 mm 9 mm", "9 9 mm", "1 000 mm", "1,5 mm", "1.000,5 mm", "1.5.2 mm", "1e mm",
         "e3 m", "1e5.5 m", "1e9999 m", "--9 mm", "+-9 mm", "9 -mm", "9 mm²", "9 m m", "9 MM", "9 Mm", "9 M", "9 metre",
         "2 * 4 m", "2*4 m", "2^4 m", "9**9**9 m", "1/2 m", "(9) mm", "9 mm;", "9 mm # x", "9 mm\n8 mm",
-        "nan m", "inf m", "infinity m", "NaN m", "0x10 m", "1_000 m", "½ m", "9 \u00b5m", "9\u00a0mm", "9\u2009mm",
-        "−9 mm", "9 kg", "9 N", "9 %", "9 N/m", "9 $", "9 {}", "9 %s", "True m", "None", "9 mm mm", "9 m/m",
+        "nan m", "inf m", "infinity m", "NaN m", "0x10 m", "1_000 m", "½ m", "9 \u00b5m", "9\u2009mm",
+        "9 kg", "9 N", "9 %", "9 N/m", "9 $", "9 {}", "9 %s", "True m", "None", "9 mm mm", "9 m/m",
         "9 1", "__import__('os') m",
         "1" * 81 + " m", "0." + "1" * 81 + " m", "9" + " " * 300 + "m", "9 " + "m" * 300, "9\x00 m", "9 m\x1b[31m",
     ],

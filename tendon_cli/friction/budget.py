@@ -12,7 +12,7 @@ import numpy as np
 
 from tendon_cli.friction.effects import OFFSETS
 from tendon_cli.friction.estimate import FrictionEstimate
-from tendon_cli.friction.reading.readings import Floats
+from tendon_cli.friction.readings import Floats
 from tendon_cli.friction.usable_rows import Log, noise_of
 
 FEW = 4

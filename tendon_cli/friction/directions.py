@@ -6,10 +6,10 @@ import re
 
 import numpy as np
 
-from tendon_cli.cells import raise_all
 from tendon_cli.errors import InputError
-from tendon_cli.friction.reading.readings import Floats, Integers, Mask, Readings
+from tendon_cli.friction.readings import Floats, Integers, Mask, Readings
 from tendon_cli.friction.usable_rows import noise_of
+from tendon_cli.readers.file_text import raise_all
 from tendon_cli.units import shorten
 
 _PULLED = re.compile(

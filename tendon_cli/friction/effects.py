@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.friction.reading.readings import Floats
+from tendon_cli.friction.readings import Floats
 from tendon_cli.friction.usable_rows import Log, bend_groups
 
 OFFSETS = ("offset_motor", "offset_load")

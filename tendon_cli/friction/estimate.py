@@ -15,7 +15,7 @@ import numpy as np
 
 from tendon_cli.friction.effects import DELAY, priors_of
 from tendon_cli.friction.models import ModelAverage, average_of
-from tendon_cli.friction.reading.readings import Floats, Integers, Mask
+from tendon_cli.friction.readings import Floats, Integers, Mask
 from tendon_cli.friction.usable_rows import Log, bend_groups, rates_of
 
 _BLOCK_NOISE = 0.006

@@ -21,7 +21,7 @@ from tendon_cli.friction.estimate import FrictionEstimate, estimate, why_no_limi
 from tendon_cli.friction.fit_result import DirectionFit, Fit, PlainAnswer
 from tendon_cli.friction.models import fit_model
 from tendon_cli.friction.prepare import PreparedLog, prepare
-from tendon_cli.friction.reading.readings import Floats, Readings, concatenate, read_readings
+from tendon_cli.friction.readings import Floats, Readings, concatenate, read_readings
 from tendon_cli.friction.remarks import Remarks, doubts_of
 from tendon_cli.friction.rig import (
     BendAngle,

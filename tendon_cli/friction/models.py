@@ -20,7 +20,7 @@ from tendon_cli.friction.effects import (
     columns_of,
     sets_of,
 )
-from tendon_cli.friction.reading.readings import Floats
+from tendon_cli.friction.readings import Floats
 from tendon_cli.friction.usable_rows import Log
 
 _GAIN = 0.1

@@ -17,7 +17,7 @@ from tendon_cli.friction.directions import (
     triggered_sides,
     usual_run,
 )
-from tendon_cli.friction.reading.readings import (
+from tendon_cli.friction.readings import (
     ENOUGH_ROWS,
     Floats,
     Integers,

@@ -13,8 +13,7 @@ from tendon_cli.friction.effects import DELAY, ENTRY, FORCE, OFFSETS, STRICT
 from tendon_cli.friction.estimate import FrictionEstimate, climbing
 from tendon_cli.friction.fit_result import DOUBT, Check, Fit
 from tendon_cli.friction.models import REFUTED
-from tendon_cli.friction.reading.header import force_factor
-from tendon_cli.friction.reading.readings import Floats
+from tendon_cli.friction.readings import Floats
 from tendon_cli.friction.strokes import disagreement
 from tendon_cli.friction.usable_rows import (
     AT_REST,
@@ -25,7 +24,7 @@ from tendon_cli.friction.usable_rows import (
     UNLOADED,
     Log,
 )
-from tendon_cli.units import counted, shorten
+from tendon_cli.units import counted, force_factor, shorten
 
 _SHOWN = 0.5
 """Probability above which the readings show an effect."""
@@ -71,6 +70,12 @@ _BARE = 0.2
 _CLIMBS = 0.02
 """Climb over a stroke, as a share of the way from limit to limit, from which rows have not
 settled."""
+_LARGEST_PRODUCT = 2.0
+"""Largest μφ of a sheath: one cell then reads seven times the other."""
+_USUAL_FRICTION = 0.1
+"""Usual friction coefficient of a tendon in a sheath."""
+_LARGEST_FRICTION = 0.5
+"""Friction coefficient above those of all sheaths, by which the bend angle is in doubt."""
 _FEW_USED = 0.30
 """Share of rows on a limit that strokes that slip exceed."""
 
@@ -92,6 +97,18 @@ def doubts_of(fit: Fit, column: str) -> list[str]:
         reasons.append(
             f"there are rows without load, and {name}, which looks like the direction, is not read:"
             f" give --direction {shlex.quote(column)}"
+        )
+    if fit.friction_bend > _LARGEST_PRODUCT:
+        reasons.append(
+            f"μφ is {fit.friction_bend:.3g}, so one cell reads {math.exp(fit.friction_bend):.1f}"
+            " times the other: check that both measure one tendon, and their units and zeros"
+        )
+    elif fit.friction is not None and fit.friction > _LARGEST_FRICTION:
+        stated = math.degrees(fit.friction_bend / fit.friction)
+        usual = math.degrees(fit.friction_bend / _USUAL_FRICTION)
+        reasons.append(
+            f"μ is {fit.friction:.2g}, and sheaths have 0.03 to 0.3: these readings suggest a bend"
+            f" of about {usual:.0f} deg (at μ = {_USUAL_FRICTION:g}), not of {stated:.3g} deg"
         )
     return [f"{DOUBT}: {'; '.join(reasons)}"] if reasons else []
 
@@ -517,9 +534,5 @@ class Remarks:
                 f"{self.mu} lies outside what each direction gives alone,"
                 f" {alone[0]:.3g} and {alone[1]:.3g}: the effects fitted for the rig cause this;"
                 " state the cells' zeros"
-            )
-        if fit.bend_angle is not None and friction > 1.0:
-            self.warnings.append(
-                "a coefficient above 1 is not plausible for a tendon; check units and bend angle"
             )
         self.warnings += disagreement(fit.files)

@@ -11,10 +11,15 @@ from pathlib import Path
 import numpy as np
 
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.friction.reading.header import STANDARD_GRAVITY, force_factor
-from tendon_cli.friction.reading.readings import LARGEST_BEND, Floats, Readings
-from tendon_cli.friction.reading.table import content_of, name_of
-from tendon_cli.units import UnitError, parse_measure, shorten
+from tendon_cli.friction.readings import LARGEST_BEND, Floats, Readings
+from tendon_cli.readers.table import content_of, name_of
+from tendon_cli.units import (
+    STANDARD_GRAVITY,
+    UnitError,
+    force_factor,
+    parse_measure,
+    shorten,
+)
 
 _SMALLEST_BEND = 1e-3
 """Least bend angle, rad: no friction shows in a sheath that is straighter."""

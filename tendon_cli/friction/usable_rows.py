@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.friction.reading.readings import Floats, Integers, Mask
+from tendon_cli.friction.readings import Floats, Integers, Mask
 
 REASONS = (
     "",

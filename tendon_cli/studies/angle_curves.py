@@ -17,11 +17,19 @@ from pydantic_core import CoreSchema
 from tendon_cli.errors import InputError
 from tendon_cli.model.kinematics import Array, Spline
 from tendon_cli.quantities import SIDES
-from tendon_cli.studies.csv_columns import Sheet, collect_columns
+from tendon_cli.readers.clock import first_back
+from tendon_cli.readers.heading import Heading, columns_named
+from tendon_cli.readers.table import Table, read_table
 from tendon_cli.studies.fields import FieldMark, SingleField, fault
-from tendon_cli.studies.magnitude import Slip, column_slips, slip_of, step_slips
+from tendon_cli.studies.magnitude import (
+    Slip,
+    column_slips,
+    raise_with_slips,
+    slip_of,
+    step_slips,
+)
 from tendon_cli.studies.number import NumberField, schema_table
-from tendon_cli.units import Measure, counted, described
+from tendon_cli.units import Measure, counted, described, factor_of, known_units
 
 MAX_BYTES = 4_000_000
 """Largest size of a CSV of a curve, bytes."""
@@ -40,6 +48,17 @@ _QUANTITIES = {
     "time": "time",
 }
 """A quantity of each dimension, by whose units and range the values of a column are read."""
+_SPELLINGS = {
+    "angle": ("angle", "elbow_angle", "joint_angle", "theta", "winkel"),
+    "time": ("time", "t", "zeit", "timestamp", "millis", "micros", "nanos"),
+    "torque": ("torque", "load_torque", "joint_torque", "elbow_torque", "moment", "drehmoment"),
+    "flexor": ("flexor", "flexor_travel", "flexor_excursion"),
+    "extensor": ("extensor", "extensor_travel", "extensor_excursion"),
+    "bend": ("bend", "bend_angle"),
+}
+"""Names of columns in files, those of tendon's own tables among them."""
+_OPTIONAL_SPELLINGS = {"torque": ("torque", "load_torque")}
+"""Names of columns that a file may lack: its elbow torque is that of all loads."""
 _BEND = "bend"
 """Column of a bend angle, which may be larger than the angle of a joint."""
 
@@ -145,6 +164,10 @@ class CurveColumns:
     def are_in(self, names: Collection[object]) -> bool:
         """Return True if a table with these names, and no others, is such a curve."""
         return set(names) - set(self.optional) == set(self.names)
+
+    def spellings(self, name: str) -> tuple[str, ...]:
+        """Return the names that a column may have in a file, its own first."""
+        return (_OPTIONAL_SPELLINGS if name in self.optional else _SPELLINGS)[name]
 
     def among(self, names: Collection[str]) -> dict[str, str]:
         """Return the dimension of each column, without the optional ones that have no name here."""
@@ -295,6 +318,9 @@ def _unordered(positions: Array, first: str) -> list[tuple[str, int]]:
         positions: Angles or times, (rows,).
         first: Name of their column.
     """
+    back = first_back(positions) if first == "time" else None
+    if back is not None and "again" in back[1]:
+        return [(back[1], back[0])]
     order = np.argsort(positions, kind="stable")
     same = np.flatnonzero(np.diff(positions[order]) == 0.0)
     problem = f"the same {first} twice, expected each once"
@@ -335,9 +361,7 @@ def _ascending(columns: Mapping[str, Sequence[float]], slips: tuple[Slip, ...] =
 def read_curve(
     content: bytes, where: str, *kinds: CurveColumns, accepts_slips: bool = True
 ) -> tuple[CurveTable, list[str]]:
-    """Return a curve from the content of a CSV, whose headers are those of `read_columns`.
-
-    A note names the columns that are not read, if there are any.
+    """Return a curve from the content of a file, with notes on how it was read.
 
     Args:
         content: The file.
@@ -349,38 +373,74 @@ def read_curve(
     Raises:
         InputError: The content is not such a curve; the error names the lines of all faults.
     """
-    sheet = Sheet.of(content, where, kinds[0].first if len(kinds) == 1 else "row")
-    fitting = [kind for kind in kinds if sheet.find(kind.first) is not None]
+
+    def known(columns: Sequence[Heading]) -> list[Heading]:
+        """Return the columns of a line that names an angle or a time."""
+        spellings = [kind.spellings(name) for kind in kinds for name in dict(kind.dimensions)]
+        found = [columns_named(columns, names) for names in spellings]
+        found += [_joint_angles(columns)]
+        has_first = any(columns_named(columns, kind.spellings(kind.first)) for kind in kinds)
+        return [column for few in found for column in few] if has_first else []
+
+    noun = kinds[0].first if len(kinds) == 1 else "row"
+    table = read_table(content, known, source=where, noun=noun, most_rows=MOST_ROWS)
+    fitting = [kind for kind in kinds if table.named(*kind.spellings(kind.first))]
     if len(kinds) > 1 and not fitting:
         names = " or ".join(kind.first for kind in kinds)
-        raise sheet.lacks(names, f"expected the columns {_any_of(kinds)}")
+        table.need(names, hint=f"expected the columns {_any_of(kinds)}")
+        table.raise_faults()
     kind = fitting[0] if fitting else kinds[0]
-    present = [name for name in kind.optional if sheet.find(name) is not None]
+    present = [name for name in kind.optional if table.named(*kind.spellings(name))]
     dimensions = kind.among(present)
-    read = collect_columns(sheet, dimensions, meaning=kind.meaning)
-    places = [sheet.place(row) for row in range(len(read.lines))]
+    places = [table.place(row=row) for row in range(len(table))]
+    columns: dict[str, Array] = {}
     slips: tuple[Slip, ...] = ()
-    for (name, dimension), values, unit in zip(
-        dimensions.items(), read.values, read.units, strict=True
-    ):
-        if unit and dimension != "time":
+    read = []
+    time_unit = ""
+    for name, dimension in dimensions.items():
+        example = f"such as {name} ({known_units(dimension)[0]})"
+        hint = "; ".join(filter(None, (example, kind.meaning)))
+        columns[name] = np.full(len(table), np.nan)
+        joint_angles = _joint_angles(table.columns)
+        if name == "angle" and not table.named(*kind.spellings(name)) and len(joint_angles) == 1:
+            column: Heading | None = joint_angles[0]
+            table.notes.append(f"{where}: the angle is {joint_angles[0].shown}")
+        else:
+            column = table.need(*kind.spellings(name), hint=hint)
+        if column is None:
+            continue
+        read.append(column)
+        if dimension == "time":
+            times, unit = table.times(column)
+            time_unit = unit or table.unit_of(column, dimension)
+            columns[name] = times * factor_of(time_unit)
+            continue
+        values, unit = table.quantity(column, dimension)
+        if dimension == "angle" and kind.is_sampled:
+            values = table.unwrapped(column, values, 2.0 * math.pi)
+        if unit:
             slips += column_slips(_quantity_of(name, dimension), values, unit, name, places)
-    _collect_disorder(sheet, read.values, kind)
-    sheet.raise_faults(() if accepts_slips else slips)
+        columns[name] = values
+    _collect_disorder(table, np.array([*columns.values()]), kind)
+    raise_with_slips(table, () if accepts_slips else slips)
     if kind.is_sampled:
-        at = [*dimensions].index("time")
-        slips += step_slips(read.values[at], read.units[at], where)
-    curve = _ascending(dict(zip(dimensions, read.values.tolist(), strict=True)), slips)
-    return curve, read.notes
+        slips += step_slips(columns["time"], time_unit, where)
+    listed = {name: values.tolist() for name, values in columns.items()}
+    return _ascending(listed, slips), [*table.unread(read), *table.notes]
 
 
-def _collect_disorder(sheet: Sheet, columns: Array, kind: CurveColumns) -> None:
-    """Add the problems with the rows of a curve to the faults of its sheet.
+def _joint_angles(columns: Sequence[Heading]) -> list[Heading]:
+    """Return the columns of angles that name the elbow, such as OpenSim's "elbow_flexion_r"."""
+    return [one for one in columns if one.dimension == "angle" and "elbow" in one.words]
 
-    In a sheet that has faults already, the order of those rows is looked at whose angle or time
+
+def _collect_disorder(table: Table, columns: Array, kind: CurveColumns) -> None:
+    """Add the problems with the rows of a curve to the faults of its table.
+
+    In a table that has faults already, the order of those rows is looked at whose angle or time
     could be read.
     """
-    if sheet.faults:
+    if table.faults:
         rows = np.flatnonzero(np.isfinite(columns[0]))
         problems = _unordered(columns[0][rows], kind.first)
         problems = [(problem, int(rows[row])) for problem, row in problems]
@@ -389,7 +449,7 @@ def _collect_disorder(sheet: Sheet, columns: Array, kind: CurveColumns) -> None:
     names = ", ".join(kind.names)
     hint = f"a row of {names} for each {kind.first}, in order"
     for problem, row in problems:
-        sheet.refuse(min(row, len(sheet.kept) - 1), problem, hint)
+        table.refuse(problem, hint, row=min(row, len(table) - 1))
 
 
 def _without_rounding(pieces: Array, angles: Array, values: Array) -> Array:

@@ -9,17 +9,17 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.errors import Fault, InputError, StudyError
-from tendon_cli.files import has_more_lines, read_file
+from tendon_cli.files import read_file
 from tendon_cli.quantities import SIDES
+from tendon_cli.readers.table import read_table
 from tendon_cli.studies import angle_curves
 from tendon_cli.studies.angle_curves import CurveColumns, CurveTable
-from tendon_cli.studies.csv_columns import Sheet
 from tendon_cli.studies.file_content import MAX_BYTES as MAX_PEOPLE_BYTES
 from tendon_cli.studies.file_content import FileContent
 from tendon_cli.studies.magnitude import Slip, slip_faults, slip_notes
 from tendon_cli.studies.parts import Part
 from tendon_cli.studies.people.people_section import People
-from tendon_cli.studies.row_reading import RowCells, carried_faults, texts_with_points
+from tendon_cli.studies.row_reading import RowCells, carried_faults, columns_set
 from tendon_cli.studies.row_table import RowTable
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.table_section import MAX_BYTES as MOST_TABLE_BYTES
@@ -116,35 +116,28 @@ class Attachments:
         """Return the cells of the file of a table; None if it cannot be read."""
         file = section.file or ""
         key = f"table.{at}.file"
-        try:
-            has_too_many = has_more_lines(
-                self.folder / self.places.folder_of(key) / file, MOST_ROWS + 1
-            )
-        except (OSError, ValueError):
-            has_too_many = False  # whatever is wrong, reading it tells
-        if has_too_many:
+        content = self._read(file, key, MOST_TABLE_BYTES)
+        if content is None:
+            return None
+        if content.count(b"\n") > MOST_ROWS + 1:
             problem = f'"{shorten(file)}" has more than {MOST_ROWS:,} lines'
             hint = f"a table has {MOST_ROWS:,} rows at most"
             self.faults.append(Fault(key, problem, hint))
             return None
-        content = self._read(file, key, MOST_TABLE_BYTES)
-        if content is None:
-            return None
         where = shorten(file, 200)
         try:
-            sheet = Sheet.of(content, where, "row", as_lists=True)
+            table = read_table(content, columns_set, source=where, most_bytes=MOST_TABLE_BYTES)
         except InputError as error:
             place = error.where or where
             self.faults.append(Fault(place, error.message, error.hint, is_of_file=True))
             return None
-        self._note(key, file, content, rows=len(sheet.kept))
+        self._note(key, file, content, rows=len(table))
+        cells = RowCells.of_table(table)
         self.faults += [
             Fault(error.where or where, error.message, error.hint, is_of_file=True)
-            for error in sheet.faults
+            for error in table.faults
         ]
-        columns = [texts_with_points(texts, sheet.separator) for texts in sheet.columns]
-        header_place = f"{where}, line {sheet.header_line}"
-        return RowCells(where, sheet.header, columns, sheet.place, header_place, are_texts=True)
+        return cells
 
     # --- A fitted suit ---------------------------------------------------------------------------
 
@@ -452,7 +445,10 @@ class Attachments:
             stated_by = self.places.file_of(key)
             neighbour = "the study" if stated_by is None else shown(stated_by)
             problem = f'there is no file "{shorten(name)}" beside {neighbour}'
-            self.faults.append(Fault(key, problem))
+            hint = None
+            if not name.isprintable():
+                hint = "in double quotes a backslash begins an escape: single quotes, or /"
+            self.faults.append(Fault(key, problem, hint))
         except (OSError, ValueError) as error:
             if isinstance(error, OSError) and error.errno == errno.EFBIG:
                 problem = f"{error.strerror}, expected less"

@@ -9,10 +9,11 @@ from fractions import Fraction
 
 import numpy as np
 
-from tendon_cli.errors import Fault
+from tendon_cli.errors import Fault, InputError
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import PLAUSIBLE, QUANTITIES
+from tendon_cli.readers.table import Table
 from tendon_cli.units import (
     UNITS,
     Measure,
@@ -26,7 +27,10 @@ from tendon_cli.units import (
 )
 
 _RARE = frozenset(
-    ("um", "km", "in", "mN", "kgf", "lbf", "N/cm", "t", "lb", "mrad", "rev", "min", "h", "rev/s")
+    (
+        *("um", "km", "in", "mN", "cN", "daN", "gf", "kgf", "lbf", "N/cm", "t", "lb", "mrad"),
+        *("rev", "mN m", "mNm", "N cm", "kg cm", "oz in", "us", "ns", "min", "h", "rev/s"),
+    )
 )
 """Units that are suggested only if no other fits."""
 _MOST_SUGGESTED = 2
@@ -146,6 +150,19 @@ def column_slips(
             given = f"{name} of {_value_text(measure)}"
             slips.append(replace(slip, given=given, column=name))
     return tuple(slips)
+
+
+def raise_with_slips(table: Table, slips: Sequence[Slip]) -> None:
+    """Raise the faults of a table with values far from any arm beside them, if there are faults.
+
+    Such values are no faults by themselves: a study may accept them.
+    """
+    if table.faults:
+        for slip in slips:
+            problem = replace(slip, place="").problem
+            hint = hint_at_units(slip.suggestions)
+            table.faults.append(InputError(problem, where=slip.place, hint=hint))
+    table.raise_faults()
 
 
 def step_slips(times: Array, unit: str, place: str) -> tuple[Slip, ...]:

@@ -21,6 +21,8 @@ from tendon_cli.errors import Fault
 from tendon_cli.model.body import DIMENSIONS as BODY_DIMENSIONS
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import QUANTITIES
+from tendon_cli.readers.heading import Heading
+from tendon_cli.readers.table import Table
 from tendon_cli.space.axis import NAMED_AXES, CarriedColumn, split_side
 from tendon_cli.studies.contents import keys
 from tendon_cli.studies.design_section import CHOICE_RESULTS
@@ -31,7 +33,18 @@ from tendon_cli.studies.model_words import KEYS_OF_WORDS, WORDS_OF
 from tendon_cli.studies.number import parts_of_text
 from tendon_cli.studies.reading_fields import DIMENSIONS as READINGS
 from tendon_cli.studies.row_table import NAME, RowTable, StatedRole, carried_header
-from tendon_cli.units import UNITS, Measure, Unit, described, known_units, shorten, to_float
+from tendon_cli.units import (
+    UNITS,
+    Measure,
+    Unit,
+    UnitError,
+    described,
+    find_unit,
+    known_units,
+    shorten,
+    to_float,
+    written_unit,
+)
 
 _MOST_OF_COLUMN = 5
 """Largest number of faulty cells of a column that are listed."""
@@ -43,10 +56,10 @@ _NEAR_OF_UNIT = 0.4
 """Similarity from which a header is taken for a key with the same unit."""
 _SPELLED_OUT = {"mu": "μ", "eta": "η"}
 """Symbols of keys that a header may spell out."""
+_UNSTATED = ("inf", "+inf", "-inf", "infinity", "\u221e", "nan", "na", "n/a", "-")
+"""Cells of a limit that a maker does not state: they are as empty."""
 _HEADER = re.compile(r"^(.*?)\s*(?:[(\[](.*)[)\]])?\s*$", re.DOTALL)
 _NUMBER = re.compile(r"[+-]?([0-9]{1,40}\.?[0-9]{0,40}|\.[0-9]{1,40})([eE][+-]?[0-9]{1,3})?")
-_NUMBERS = re.compile(rf"{_NUMBER.pattern}(?:\n{_NUMBER.pattern})*")
-_NUMBER_AND_UNIT = re.compile(rf"{_NUMBER.pattern}(\s.*)?")
 _OTHER_COLUMNS = (
     *("design", "direction", "status", "taut", "stable", "feasible", "on_front", "advice"),
     *("windows", "weighting", "from_by", "to_by", "between_samples", "choice", "sex"),
@@ -77,7 +90,7 @@ class RowCells:
 
     where: str
     """Place of the table, for errors: "springs.csv", "table.0"."""
-    header: Sequence[str]
+    header: Sequence[RowHeader]
     """Headers of the columns."""
     columns: Sequence[Sequence[Any]]
     """Cells of each column: texts, or numbers of a study; None or "" for an empty cell."""
@@ -88,31 +101,61 @@ class RowCells:
     are_texts: bool = False
     """True for a file of text, whose numbers need a unit."""
 
+    @classmethod
+    def of_table(cls, table: Table) -> RowCells:
+        """Return the cells of a file; a sign that may separate thousands is a fault of it."""
+        header = [RowHeader.of(heading.header, heading) for heading in table.columns]
+        columns = [
+            table.texts(heading) if one.name == NAME else table.measures(heading)
+            for one, heading in zip(header, table.columns, strict=True)
+        ]
+        where = table.source
+        return cls(
+            where, header, columns, lambda row: table.place(row=row), table.place(), are_texts=True
+        )
+
     def __len__(self) -> int:
         return len(self.columns[0]) if self.columns else 0
 
 
+def columns_set(columns: Sequence[Heading]) -> Sequence[Heading]:
+    """Return the columns of a line if it is a header of rows: it has names, or sets a number."""
+    headers = [RowHeader.of(column.header, column) for column in columns]
+    is_header = any(one.name == NAME or one.name in row_keys() for one in headers)
+    return columns if is_header else []
+
+
 @dataclass(frozen=True)
-class _ColumnHeader:
-    """Header of a column: what it names, and the unit in its brackets."""
+class RowHeader:
+    """Header of a column: what it names, and its unit."""
 
     text: str
     """The header as written."""
     name: str
     """The header without its unit."""
     unit: str
-    """Unit in the brackets; empty if there are none."""
+    """Unit, or what else stands in its brackets; empty if there are none."""
 
     @classmethod
-    def of(cls, text: str) -> _ColumnHeader:
-        """Return the header of a text: its name, and what stands in brackets behind it."""
+    def of(cls, text: str, heading: Heading | None = None) -> RowHeader:
+        """Return the header of a text: its name, and what stands in brackets behind it.
+
+        Args:
+            text: Header as written.
+            heading: Column of a file, which may have its unit elsewhere: in a row of its own, or
+                behind the key of a number.
+        """
         match = _HEADER.match(text.strip())
-        if match is None:
-            return cls(text, text.strip(), "")
-        name = match[1].strip()
+        name = text.strip() if match is None else match[1].strip()
+        unit = "" if match is None else (match[2] or "").strip()
+        if heading is not None and not unit:
+            is_below = heading.unit and not Heading.of(0, text).unit
+            if is_below or heading.name in row_keys():
+                name = heading.name
+                unit = heading.unit
         if name.casefold() == NAME:  # a spreadsheet may begin it with a capital
             name = NAME
-        return cls(text.strip(), name, (match[2] or "").strip())
+        return cls(text.strip(), name, unit)
 
     @property
     def column(self) -> str:
@@ -139,7 +182,7 @@ class RowReader:
         numbers: dict[str, Array] = {}
         readings: dict[str, str] = {}
         carried: dict[str, CarriedColumn] = {}
-        unused: list[_ColumnHeader] = []
+        unused: list[RowHeader] = []
         names: tuple[str, ...] | None = None
         for header, column in self._named_columns():
             if header.name == NAME:
@@ -157,7 +200,7 @@ class RowReader:
         if names is None:
             names = tuple(map(str, range(1, len(self.cells) + 1)))
             if self.needs_names:
-                found = shorten(", ".join(self.cells.header), 200)
+                found = shorten(", ".join(header.text for header in self.cells.header), 200)
                 problem = f'no column "{NAME}", the headers read: {found}'
                 hint = f"a column {NAME} that tells the rows apart"
                 self.faults.append(Fault(self.cells.header_place, problem, hint))
@@ -174,11 +217,10 @@ class RowReader:
 
     # --- Headers ---------------------------------------------------------------------------------
 
-    def _named_columns(self) -> Iterator[tuple[_ColumnHeader, Sequence[Any]]]:
+    def _named_columns(self) -> Iterator[tuple[RowHeader, Sequence[Any]]]:
         """Yield the columns with a header, each name once; an empty column needs none."""
         seen: dict[str, str] = {}
-        for text, column in zip(self.cells.header, self.cells.columns, strict=True):
-            header = _ColumnHeader.of(text)
+        for header, column in zip(self.cells.header, self.cells.columns, strict=True):
             if not header.name:
                 if not all(map(_is_empty, column)):
                     self._refuse_header(header, "a column without a header", "give it a name")
@@ -191,12 +233,12 @@ class RowReader:
             seen[name] = header.text
             yield header, column
 
-    def _refuse_header(self, header: _ColumnHeader, problem: str, hint: str | None) -> None:
+    def _refuse_header(self, header: RowHeader, problem: str, hint: str | None) -> None:
         place = self.cells.header_place
         shown = f'"{shorten(header.text)}": ' if header.text else ""
         self.faults.append(Fault(place, f"{shown}{problem}", hint))
 
-    def _may_be_carried(self, header: _ColumnHeader) -> bool:
+    def _may_be_carried(self, header: RowHeader) -> bool:
         """Return True for a header that names no key of the study, but a column of its own."""
         unit = f" ({header.unit})" if header.unit else ""
         meant = {key.column: path for path, key in keys().items() if path in row_keys()}
@@ -229,7 +271,7 @@ class RowReader:
             return False
         return True
 
-    def _refuse_nothing_set(self, headers: Sequence[_ColumnHeader]) -> None:
+    def _refuse_nothing_set(self, headers: Sequence[RowHeader]) -> None:
         """Refuse rows that set no number of the study; name keys that headers may have meant."""
         meant = []
         for header in headers:
@@ -271,7 +313,7 @@ class RowReader:
         self._list(wrong, NAME)
         return tuple(names)
 
-    def _words(self, header: _ColumnHeader, column: Sequence[Any]) -> Array:
+    def _words(self, header: RowHeader, column: Sequence[Any]) -> Array:
         """Return a column of words of the model as the numbers that they are to it."""
         words = WORDS_OF[split_side(header.name)[0]]
         values = np.full(len(column), np.nan)
@@ -289,7 +331,7 @@ class RowReader:
         self._list(wrong, header.text)
         return values
 
-    def _numbers(self, header: _ColumnHeader, column: Sequence[Any]) -> tuple[Array, str]:
+    def _numbers(self, header: RowHeader, column: Sequence[Any]) -> tuple[Array, str]:
         """Return a column of numbers in SI, and the dimension in which a reading is stated."""
         mark = keys()[header.name].number
         unit = None
@@ -297,11 +339,11 @@ class RowReader:
             unit = self._unit(header, mark)
             if unit is None:
                 return np.full(len(column), np.nan), ""
+        if header.name.startswith("limits."):
+            column = ["" if str(cell).strip().lower() in _UNSTATED else cell for cell in column]
         cells = _ColumnCells(mark, unit, are_texts=self.cells.are_texts)
         if cells.are_si and set(map(type, column)) == {float} and not np.isinf(column).any():
-            values = np.array(column)
-        elif cells.may_be_plain and _are_plain_numbers(column):
-            values = cells.plain_values(column)
+            values = np.array(column)  # as a record has them
         else:
             values = self._values(header, column, cells)
         self._refuse_out_of_bounds(header, column, values, cells)
@@ -311,7 +353,7 @@ class RowReader:
             self._refuse_header(header, "mixes tensions and torques, expected one of both", None)
         return values, next(iter(sorted(dimensions)), "")
 
-    def _values(self, header: _ColumnHeader, column: Sequence[Any], cells: _ColumnCells) -> Array:
+    def _values(self, header: RowHeader, column: Sequence[Any], cells: _ColumnCells) -> Array:
         """Return the values of the cells of a column in SI; NaN for an empty or a faulty one."""
         values = np.full(len(column), np.nan)
         wrong = []
@@ -337,11 +379,13 @@ class RowReader:
         return values
 
     def _refuse_out_of_bounds(
-        self, header: _ColumnHeader, column: Sequence[Any], values: Array, cells: _ColumnCells
+        self, header: RowHeader, column: Sequence[Any], values: Array, cells: _ColumnCells
     ) -> None:
         """Collect faults of values that are not possible, and make these NaN."""
         mark = cells.mark
         is_word = np.isinf(values)
+        for row in np.flatnonzero(is_word).tolist():
+            is_word[row] = column[row] == mark.word
         is_wrong = ~is_word & ~np.isnan(values) & ~((mark.low <= values) & (values <= mark.high))
         wrong = []
         for row in np.flatnonzero(is_wrong).tolist():
@@ -355,7 +399,7 @@ class RowReader:
         self._list(wrong, header.text)
 
     def _note_slips(
-        self, header: _ColumnHeader, column: Sequence[Any], values: Array, cells: _ColumnCells
+        self, header: RowHeader, column: Sequence[Any], values: Array, cells: _ColumnCells
     ) -> None:
         """Collect the values of a column that are far from any arm."""
         mark = cells.mark
@@ -369,10 +413,8 @@ class RowReader:
             place = place.removeprefix(f"{where}, ").removeprefix(f"{where}.")
             self.slips += mark.slips((place, written, measure))
 
-    def _carried(self, header: _ColumnHeader, column: Sequence[Any]) -> CarriedColumn:
+    def _carried(self, header: RowHeader, column: Sequence[Any]) -> CarriedColumn:
         """Return a column that sets nothing: of numbers if every cell is one, else of text."""
-        if _are_plain_numbers(column):
-            return CarriedColumn(header.column, header.unit, np.array(list(map(float, column))))
         empty = [_is_empty(cell) for cell in column]
         given = [cell for cell, is_empty in zip(column, empty, strict=True) if not is_empty]
         if given and all(map(_is_number, given)):
@@ -385,22 +427,19 @@ class RowReader:
         positions = np.array([places[text] for text in texts], dtype=np.int64)
         return CarriedColumn(header.column, header.unit, positions, words)
 
-    def _unit(self, header: _ColumnHeader, mark: SingleField) -> Unit | None:
+    def _unit(self, header: RowHeader, mark: SingleField) -> Unit | None:
         """Return the unit of a header; None if it is none of the number's, which is a fault."""
-        unit = UNITS.get(header.unit)
-        if unit is not None and unit.dimension in mark.dimensions:
-            return unit
-        dimension = mark.quantity.dimension
-        units = known_units(dimension)
-        hint = hint_at_nearest(header.unit, units) or f"units of {dimension}: {', '.join(units)}"
-        problem = f'"{shorten(header.unit)}" is not a unit of {dimension}'
-        if dimension == "number":
-            problem = "is a number without a unit, expected nothing in brackets"
-            hint = f'write "{header.name}"'
-        self._refuse_header(header, problem, hint)
+        for dimension in mark.dimensions:
+            unit = written_unit(header.unit, dimension)
+            if unit is not None:
+                return unit
+        try:
+            return find_unit(header.unit, mark.quantity.dimension)
+        except UnitError as error:
+            self._refuse_header(header, error.problem, error.hint)
         return None
 
-    def _cell_place(self, row: int, header: _ColumnHeader) -> str:
+    def _cell_place(self, row: int, header: RowHeader) -> str:
         return f"{self.cells.place(row)}, {shorten(header.text)}"
 
     def _list(self, wrong: list[Fault], column: str) -> None:
@@ -441,17 +480,6 @@ class _ColumnCells:
         """True if a cell that is a number without a unit is in SI."""
         is_angle = self.mark.quantity.dimension == "angle"
         return self.unit is None and not self.are_texts and not is_angle
-
-    @property
-    def may_be_plain(self) -> bool:
-        """True if plain numbers are in a unit that is a power of ten times that of SI."""
-        return not self._has_unit or self._shift is not None
-
-    def plain_values(self, column: Sequence[str]) -> Array:
-        """Return the values of a column of plain numbers in SI, (rows,)."""
-        if not self._shift:
-            return np.array(list(map(float, column)))
-        return np.array([_shifted(text, self._shift) for text in column])
 
     def value(self, cell: Any) -> float:
         """Return the value of a cell in SI.
@@ -507,13 +535,6 @@ def _are_different_names(cells: Sequence[Any]) -> bool:
     return not (is_long or has_spaces) and "".join(cells).isprintable()
 
 
-def _are_plain_numbers(cells: Sequence[Any]) -> bool:
-    """Return True if all cells are texts of plain numbers, in one look at all of them."""
-    if set(map(type, cells)) != {str}:
-        return False
-    return _NUMBERS.fullmatch("\n".join(cells)) is not None
-
-
 def _power_of_ten(factor: Fraction) -> int | None:
     """Return the exponent of a factor that is a power of ten; None for any other."""
     exponent = round(math.log10(to_float(factor)))
@@ -548,7 +569,7 @@ def _is_empty(cell: Any) -> bool:
     return cell is None or (isinstance(cell, float) and math.isnan(cell))
 
 
-def _key_like(header: _ColumnHeader) -> str | None:
+def _key_like(header: RowHeader) -> str | None:
     """Return the key of a study that a header may mean; None if none is like it.
 
     It ends in the header, such as "stiffness", or has it as its symbol, such as "mu", or is nearest
@@ -568,20 +589,6 @@ def _key_like(header: _ColumnHeader) -> str | None:
         cutoff = _NEAR_OF_UNIT
     near = difflib.get_close_matches(plain.replace("_", "."), among, n=1, cutoff=cutoff)
     return near[0] if near else None
-
-
-def texts_with_points(texts: list[str], separator: str) -> list[str]:
-    """Return the texts of a column of a CSV, in which a comma between digits is decimal.
-
-    Commas are decimal unless they separate cells; texts that are no numbers stay as they are.
-    """
-    if separator == ",":
-        return texts
-    with_points = (text.replace(",", ".") for text in texts)
-    return [
-        plain if _NUMBER_AND_UNIT.fullmatch(plain) else text
-        for plain, text in zip(with_points, texts, strict=True)
-    ]
 
 
 def carried_faults(tables: Sequence[RowTable]) -> list[Fault]:

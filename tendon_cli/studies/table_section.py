@@ -17,7 +17,7 @@ from tendon_cli.studies.design_section import Seed
 from tendon_cli.studies.fields import FieldMark, fault, fault_inside, hint_at_nearest, whole_number
 from tendon_cli.studies.gone import IS_GONE, instead_of
 from tendon_cli.studies.parts import FileName, Part, field_default
-from tendon_cli.studies.row_reading import RowCells, RowReader, known_columns, row_keys
+from tendon_cli.studies.row_reading import RowCells, RowHeader, RowReader, known_columns, row_keys
 from tendon_cli.studies.row_table import NAME, RowTable, StatedRole
 from tendon_cli.studies.values import StudyNumber, Uncertain, sample_numbers
 from tendon_cli.units import described, shorten
@@ -254,13 +254,13 @@ class TableSection(Part):
         rows = f"{where}.rows"
         if isinstance(self.rows, dict):
             columns = [list(cells) for cells in self.rows.values()]
-            header = list(self.rows)
-            return RowCells(where, header, columns, lambda row: f"{rows}, row {row + 1}", rows)
+            headers = [RowHeader.of(text) for text in self.rows]
+            return RowCells(where, headers, columns, lambda row: f"{rows}, row {row + 1}", rows)
         flat = [dict(_flat(row)) for row in self.rows]
         keys_given = list(dict.fromkeys(key for row in flat for key in row))
         columns = [[row.get(key) for row in flat] for key in keys_given]
-        header = [str(key) for key in keys_given]
-        return RowCells(where, header, columns, lambda row: f"{rows}.{row}", rows)
+        headers = [RowHeader.of(str(key)) for key in keys_given]
+        return RowCells(where, headers, columns, lambda row: f"{rows}.{row}", rows)
 
     def sampled(self, at: int) -> RowTable:
         """Return the table of a sample.

@@ -21,6 +21,8 @@ LONG_INTEGER = "an integer of more than 4300 digits, no study needs that"
 """Fault of an integer that the grammars allow, but that Python does not convert."""
 _LONGEST_PATH = 200
 """Largest number of characters of a path in a fault."""
+_TWICE = re.compile(r"Cannot (?:declare|redefine namespace) \((.*)\)")
+"""Message of the parser for a table that is written twice."""
 _PLAIN_WORDS = {
     "Cannot overwrite a value": "a key that is given twice, expected each key once",
     "Illegal character '\\n'": "text that is not closed on its line, expected a quote at its end",
@@ -166,24 +168,44 @@ def read_toml(text: str) -> Document:
         line = text.count("\n") + 1
         if place.startswith("line "):
             line = int(place.split()[1].strip(","))
-        problem = _PLAIN_WORDS.get(message)
-        if problem is None:
-            lowered = f"{message[:1].lower()}{message[1:]}"
-            without_marks = re.sub(r"['(),]", "", lowered)  # the parser prints a key as Python does
-            problem = shorten(without_marks, 200)
-        raise refused(f"not TOML: {problem}", _toml_hint(text, line), line) from None
+        problem, hint = _plain_words(text, message, line, places)
+        raise refused(f"not TOML: {problem}", hint, line) from None
     except ValueError:
         raise refused(LONG_INTEGER) from None
 
 
-def _toml_hint(text: str, line: int) -> str | None:
-    """Return a hint at a faulty line: quotes around a quantity, or the line itself."""
+def _plain_words(text: str, message: str, line: int, places: KeyPlaces) -> tuple[str, str | None]:
+    """Return the problem with a line, and a hint, for the author of a study."""
     lines = [*text.splitlines(), "", ""]
     written = lines[line - 1].strip()
     value = written.partition("=")[2].strip()
+    twice = _TWICE.match(message)
+    if twice is not None:
+        # The parser prints a key as Python does.
+        return _given_twice(".".join(re.findall(r"'([^']*)'", twice[1])), lines, places)
+    if "\\" in value and value.startswith('"'):
+        path = shorten(value.strip('"'))
+        problem = "a backslash in double quotes begins an escape"
+        return problem, f"write a path in single quotes, '{path}', or with /"
+    problem = _PLAIN_WORDS.get(message) or f"{message[:1].lower()}{message[1:]}"
     if value[:1].isdigit() and value[-1:].isalpha():
-        return f'a quantity with a unit needs quotes: "{shorten(value)}"'
-    return f"the line reads: {shorten(written)}" if written else None
+        return problem, f'a quantity with a unit needs quotes: "{shorten(value)}"'
+    return shorten(problem, 200), f"the line reads: {shorten(written)}" if written else None
+
+
+def _given_twice(path: str, lines: list[str], places: KeyPlaces) -> tuple[str, str]:
+    """Return the problem with a table that is written twice, with both lines, and a hint."""
+    first = min(
+        line for key, line in places.lines.items() if line and f"{key}.".startswith(f"{path}.")
+    )
+    written = lines[first - 1].strip()
+    dotted, _, rest = written.partition("=")
+    name = f"{path.rpartition('.')[2]}."
+    if name not in dotted:
+        return f"[{path}] is written twice, first in line {first}", "write all its keys there"
+    key = shorten(f"{dotted.partition(name)[2]}={rest}")
+    problem = f"{path} is a table here, and line {first} has a key of it with a dot"
+    return problem, f"write line {first} below [{path}], as: {key}"
 
 
 def _key_places(text: str) -> KeyPlaces:

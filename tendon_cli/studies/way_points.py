@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from tendon_cli.errors import InputError
 from tendon_cli.model.route import MeasuredRoute, measured_route
-from tendon_cli.studies.csv_columns import read_columns
+from tendon_cli.readers.heading import Heading, columns_named
+from tendon_cli.readers.table import read_table
 from tendon_cli.studies.magnitude import Slip, column_slips
 
 MAX_BYTES = 16_000_000
@@ -52,17 +53,32 @@ class Route:
 
 
 def read_route(content: bytes, where: str) -> Route:
-    """Return way-points from the content of a CSV with the columns x, y and z.
+    """Return way-points from the content of a file with the columns x, y and z.
 
     Columns whose header has no unit are in m.
     """
-    dimensions = dict.fromkeys("xyz", "length")
-    read = read_columns(content, where, dimensions, "way-point", unit="m")
-    points = read.values.T
-    if len(np.unique(points, axis=0)) < 2:
+
+    def known(columns: Sequence[Heading]) -> list[Heading]:
+        """Return the coordinates of a line that names two or more."""
+        found = columns_named(columns, "xyz")
+        return found if len(found) > 1 else []
+
+    table = read_table(content, known, source=where, noun="way-point")
+    points = []
+    unit = ""
+    read = []
+    for axis in "xyz":
+        column = table.need(axis, hint=f"such as {axis} (m)")
+        if column is not None:
+            read.append(column)
+            values, symbol = table.quantity(column, "length", unit="m")
+            unit = unit or symbol
+            points.append(values)
+    table.raise_faults()
+    if len(np.unique(points, axis=1).T) < 2:
         problem = "holds fewer than two different way-points, expected two at least"
         raise InputError(problem, where=where)
-    return Route(points, read.units[0], read.notes)
+    return Route(np.array(points).T, unit, [*table.unread(read), *table.notes])
 
 
 def smooth(route: npt.NDArray[np.float64], noise: float) -> npt.NDArray[np.float64]:

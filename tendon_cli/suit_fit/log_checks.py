@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -10,40 +9,18 @@ import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.errors import InputError
-from tendon_cli.friction.reading.header import Heading
-from tendon_cli.friction.reading.table import Table
 from tendon_cli.quantities import PLAUSIBLE
+from tendon_cli.readers.clock import first_back
+from tendon_cli.readers.heading import Heading
 from tendon_cli.suit_fit.log_columns import CHANNELS, COUNTS, ELBOW_ANGLE, LOAD_MASS, TIME
-from tendon_cli.units import counted
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-_OF_DAY = re.compile(r"\d[:-]\d")
-"""Part of a date or a time of day that no number has."""
 _LARGEST_ANGLE = 7.0
 """Largest angle of a joint, rad: more is an angle in degrees."""
 _LEAST_MOTION = np.radians(5.0)
 """Least range of the joint, rad."""
-
-
-def times_of_day(table: Table, column: Heading) -> Floats | None:
-    """Return the seconds since the first row of a column of dates; None if it holds numbers."""
-    import pandas as pd
-
-    data = table.data[column.index]
-    if isinstance(data, np.ndarray):
-        if not np.issubdtype(data.dtype, np.datetime64):
-            return None
-        instants = pd.to_datetime(data)
-    else:
-        texts = data.to_pylist()
-        if not all(_OF_DAY.search(text) for text in texts):
-            return None
-        instants = pd.to_datetime(texts, errors="coerce", format="mixed")
-    if instants.isna().any():
-        return None
-    return np.asarray((instants - instants[0]).total_seconds(), dtype=np.float64)
 
 
 def note_on_time(source: str, column: Heading, time: Floats) -> str:
@@ -85,12 +62,11 @@ def _check_order(source: str, time: Floats | None, lines: Integers) -> None:
     """Refuse a time that goes back."""
     if time is None:
         return
-    back = np.flatnonzero(np.diff(time) < 0.0)
-    if len(back):
-        where = f"{source}, line {lines[back[0] + 1]}"
-        problem = f"time goes back in this row, and in {counted(len(back), 'row')} in all"
+    back = first_back(time)
+    if back is not None:
+        row, problem = back
         hint = "give one log per file, its rows in order of time"
-        raise InputError(problem, where=where, hint=hint)
+        raise InputError(problem, where=f"{source}, line {lines[row]}", hint=hint)
 
 
 def _check_load(source: str, column: Heading | None, load: Floats | None) -> None:

@@ -6,14 +6,17 @@ names it.
 
 from __future__ import annotations
 
+import math
 import re
-import unicodedata
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from tendon_cli.errors import InputError, UsageError
-from tendon_cli.friction.reading.header import Heading, force_factor, named_column
-from tendon_cli.units import UNITS, shorten
+import numpy as np
+
+from tendon_cli.errors import UsageError
+from tendon_cli.readers.heading import Heading, column_called
+from tendon_cli.readers.table import Table
+from tendon_cli.units import SENSOR_UNITS, factor_of, force_factor, shorten
 
 ELBOW_ANGLE = "elbow_angle"
 SPOOL_ANGLE = "spool_angle"
@@ -33,45 +36,6 @@ COLUMNS = (ELBOW_ANGLE, *CHANNELS, TIME, LOAD_MASS)
 """Columns that `[fit.columns]` may name."""
 CURRENT = "current"
 COUNTS = "counts"
-
-_UNITS = {
-    **{symbol.casefold(): symbol for symbol in UNITS if symbol not in ("1", "t", "mN", "MPa")},
-    "mnm": "mN m",
-    "mn m": "mN m",
-    "n.m": "N m",
-    "n-m": "N m",
-    "ncm": "N cm",
-    "n cm": "N cm",
-    "newton meter": "N m",
-    "newtonmeter": "N m",
-    "degree": "deg",
-    "degrees": "deg",
-    "grad": "deg",
-    "radian": "rad",
-    "radians": "rad",
-    "umdrehungen": "rev",
-    "turns": "rev",
-    "sec": "s",
-    "seconds": "s",
-    "sekunden": "s",
-    "newton": "N",
-    "a": "A",
-    "ma": "mA",
-    "ampere": "A",
-    "counts": COUNTS,
-    "count": COUNTS,
-    "ticks": COUNTS,
-    "inkremente": COUNTS,
-    "cts": COUNTS,
-    "us": "us",
-    "µs": "us",
-}
-"""Units as headers write them, without case."""
-_FACTORS = {"mN m": 1e-3, "N cm": 1e-2, "us": 1e-6}
-"""Units that headers have and studies have not, in SI."""
-_AMPERES = {"A": 1.0, "mA": 1e-3}
-_DIMENSIONS = {"mN m": "torque", "N cm": "torque", "us": "time", "A": CURRENT, "mA": CURRENT}
-_DIMENSIONS[COUNTS] = COUNTS
 
 _WISHED = re.compile(
     r"command|cmd\b|desired|target|set[ _-]?point|nominal|reference|\bref\b|soll|wunsch|demand"
@@ -121,68 +85,36 @@ class Scaling:
     """Counts of the encoders in a turn."""
 
 
-def unit_and_text(header: str) -> tuple[str | None, str]:
-    """Split the unit, in brackets or at the end, from a header.
-
-    Returns:
-        Symbol of the unit, None if the header has none that is known, and the rest of the header.
-    """
-    text = unicodedata.normalize("NFKC", header).strip()
-    for match in re.finditer(r"[(\[{]([^()\[\]{}]*)[)\]}]", text):
-        unit = _symbol(match.group(1))
-        if unit is not None:
-            return unit, f"{text[: match.start()]} {text[match.end() :]}".strip()
-    words = re.split(r"[\s_,/]+", text)
-    for count in (2, 1):
-        unit = _symbol(" ".join(words[-count:])) if len(words) > count else None
-        if unit is not None:
-            return unit, " ".join(words[:-count])
-    return None, text
-
-
-def _symbol(text: str) -> str | None:
-    """Return the unit that a text stands for; None if it is none."""
-    return _UNITS.get(" ".join(text.replace("*", "·").split()).casefold())
-
-
-def dimension_of(unit: str | None) -> str | None:
-    """Return the dimension of a unit of a header; None for no unit."""
-    if unit is None:
-        return None
-    return _DIMENSIONS.get(unit) or UNITS[unit].dimension
-
-
-def suit_columns(headers: list[str], named: Mapping[str, str]) -> list[Heading]:
-    """Return the columns of a log with their roles and units.
+def columns_by_role(
+    columns: Sequence[Heading], named: Mapping[str, str]
+) -> dict[str, list[Heading]]:
+    """Return the columns of a log by what they give.
 
     Args:
-        headers: Headers of all columns.
+        columns: All columns.
         named: Headers that the study names, by column.
     """
-    found = [_heading(place, header) for place, header in enumerate(headers)]
+    by_role: dict[str, list[Heading]] = {}
+    for column in columns:
+        by_role.setdefault(_role_of(column), []).append(column)
     for role, wanted in named.items():
-        unit, _ = unit_and_text(wanted)
-        match = named_column(found, wanted) or _without_unit(found, wanted)
-        if match is None:
-            continue
-        found = [replace(one, role="") if one.role == role else one for one in found]
-        found[match.index] = replace(match, role=role, unit=match.unit or unit)
-    return found
+        stated = Heading.of(0, wanted)  # the study may add the unit
+        called = column_called(columns, wanted) or column_called(columns, stated.name)
+        if called is not None:
+            by_role = {
+                other: [one for one in found if one.index != called.index]
+                for other, found in by_role.items()
+            }
+            by_role[role] = [replace(called, unit=called.unit or stated.unit)]
+    return by_role
 
 
-def _without_unit(columns: list[Heading], wanted: str) -> Heading | None:
-    """Return the column whose header is a wanted one but for the unit that the study adds."""
-    _, text = unit_and_text(wanted)
-    return named_column(columns, text)
-
-
-def _heading(place: int, header: str) -> Heading:
-    """Find role and unit of a column by the words of its header."""
-    unit, text = unit_and_text(header)
-    plain = re.sub(r"[_\-.]+", " ", text.casefold())
+def _role_of(column: Heading) -> str:
+    """Find what a column gives by the words of its header and by its unit; empty if nothing."""
+    plain = re.sub(r"[_\-.]+", " ", column.text.casefold())
     words = set(re.findall(r"[^\W\d_]+", plain))
-    role = "" if _WISHED.search(plain) else _role(plain, words, dimension_of(unit))
-    return Heading(place, header, role, unit)
+    dimension = "time" if column.clock else column.dimension or None
+    return "" if _WISHED.search(plain) else _role(plain, words, dimension)
 
 
 def _role(text: str, words: set[str], dimension: str | None) -> str:
@@ -230,45 +162,40 @@ def _tension(is_flexor: bool, is_extensor: bool, is_proximal: bool, is_distal: b
     return f"{side}_tension_{'proximal' if is_proximal else 'distal'}"
 
 
-def si_factor(column: Heading, scaling: Scaling, place: str) -> float:
-    """Return the factor from the numbers of a column to SI.
+def si_factor(table: Table, column: Heading, role: str, scaling: Scaling) -> float:
+    """Return the factor from the numbers of a column to SI; a wrong unit is a fault of the table.
 
     Args:
-        column: Column with a role.
+        table: The log.
+        column: The column.
+        role: What it gives.
         scaling: Torque constant and counts per turn of the study.
-        place: Place of the header, for messages.
 
     Raises:
-        InputError: if the header gives no unit, or one of another quantity.
         UsageError: if the study lacks what current or counts need.
     """
-    unit = column.unit
-    role = column.role
-    example = f'such as "{_EXAMPLES[role]}", or name it under [fit.columns] with its unit'
-    if unit is None:
-        if role == TIME:
-            return 1.0
-        raise InputError(f"{column.shown} has no unit", where=place, hint=example)
-    dimension = dimension_of(unit)
-    if dimension not in _WANTED_DIMENSIONS[role]:
-        quantity = role.replace("_", " ")
-        problem = f'{column.shown} is in "{unit}", which is not a unit of a {quantity}'
-        raise InputError(problem, where=place, hint=example)
-    if dimension == CURRENT:
+    wanted = _WANTED_DIMENSIONS[role]
+    if not column.unit:
+        hint = f'such as "{_EXAMPLES[role]}", or name it under [fit.columns] with its unit'
+        table.refuse(f"{column.shown} has no unit", hint, column=column)
+        return np.nan
+    dimension = column.dimension
+    if dimension == CURRENT in wanted:
         if scaling.torque_constant is None:
             problem = f"{column.shown} is a current, so the fit needs the torque constant"
             hint = 'such as [fit] torque_constant = "0.12 N m/A", of the spool with its gear'
             raise UsageError(problem, where="fit.torque_constant", hint=hint)
-        return _AMPERES[unit] * scaling.torque_constant
-    if dimension == COUNTS:
+        return float(SENSOR_UNITS[column.unit].factor) * scaling.torque_constant
+    if dimension == COUNTS in wanted:
         if scaling.counts_per_turn is None:
             problem = f"{column.shown} is in counts, so the fit needs how many a turn has"
             hint = "such as [fit] counts_per_turn = 4096"
             raise UsageError(problem, where="fit.counts_per_turn", hint=hint)
-        return 6.283185307179586 / scaling.counts_per_turn
-    if dimension in ("force", "mass") and role in TENSION_CHANNELS:
-        return force_factor(unit) or 1.0
-    return _FACTORS.get(unit) or float(UNITS[unit].factor)
+        return 2.0 * math.pi / scaling.counts_per_turn
+    if role in TENSION_CHANNELS and dimension == "mass":
+        return force_factor(column.unit) or np.nan
+    symbol = table.unit_of(column, wanted[0])
+    return factor_of(symbol) if symbol else np.nan
 
 
 def wished_columns(columns: list[Heading]) -> list[str]:

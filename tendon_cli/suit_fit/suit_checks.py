@@ -66,10 +66,10 @@ def check_durations(logs: Sequence[SuitLog], strokes: Sequence[LogStroke]) -> No
             continue
         column = log.headings.get(TIME)
         shown = "the time" if column is None else column.shown
-        unit = "s" if column is None or column.unit is None else column.unit
+        unit = "s" if column is None or column.dimension != "time" else column.unit
         problem = f"a stroke takes {say.number(usual, 3)} s, as {shown} is read in {unit}"
         hint = f"expected {low:g} to {high:g} s; is the unit right?"
-        if column is not None and column.unit is None:
+        if column is not None and not column.unit:
             hint = f'expected {low:g} to {high:g} s; is it "{column.header} (ms)"?'
         raise InputError(problem, where=log.source, hint=hint)
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.errors import InputError, TendonError, UsageError
-from tendon_cli.friction.reading.header import Heading
-from tendon_cli.friction.reading.table import MOST_ROWS, Table, read_columns
-from tendon_cli.say import join_words
-from tendon_cli.suit_fit.log_checks import check_values, note_on_time, times_of_day
+from tendon_cli.errors import InputError, UsageError
+from tendon_cli.readers.heading import Heading
+from tendon_cli.readers.table import Table, read_table
+from tendon_cli.say import join_words, spaced
+from tendon_cli.suit_fit.log_checks import check_values, note_on_time
 from tendon_cli.suit_fit.log_columns import (
     CHANNELS,
     COLUMNS,
@@ -26,12 +26,11 @@ from tendon_cli.suit_fit.log_columns import (
     SPOOL_ANGLE,
     TIME,
     Scaling,
+    columns_by_role,
     si_factor,
-    suit_columns,
-    unit_and_text,
     wished_columns,
 )
-from tendon_cli.units import counted, shorten
+from tendon_cli.units import UnitError, counted, factor_of, parse_measure, shorten
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -99,12 +98,16 @@ def read_logs(
     """
     logs = []
     for number, source in enumerate(sources):
-        if isinstance(source, Path):
-            table = _read_file(source, named)
-        else:
-            table = _table_in_memory(source, named, f"log {number + 1}")
-        _check_names(table, named)
-        logs.append(_suit_log(table, scaling))
+        table = _table_of(source, named, f"log {number + 1}")
+        by_role = columns_by_role(table.columns, named)
+        for role in named:
+            if role not in by_role:
+                problem = f'there is no column "{shorten(named[role])}" in {table.source}'
+                hint = f"the columns are {table.shown}"
+                raise UsageError(problem, where=f"fit.columns.{role}", hint=hint)
+        columns = {role: table.only(by_role.get(role, []), spaced(role)) for role in COLUMNS}
+        _refuse_blind(table, columns)
+        logs.append(_suit_log(table, columns, scaling))
     first = logs[0]
     for log in logs[1:]:
         if set(log.channels) != set(first.channels):
@@ -114,71 +117,48 @@ def read_logs(
     return tuple(logs)
 
 
-def _read_file(path: Path, named: Mapping[str, str]) -> Table:
-    """Return the columns of a CSV."""
+def _table_of(given: Any, named: Mapping[str, str], source: str) -> Table:
+    """Return the columns of a log; refuse one in which no header is known."""
+    headers = {role: header for role, header in named.items() if not header.strip().isdecimal()}
 
-    def find(texts: list[str], _where: str) -> tuple[list[Heading], tuple[Heading, ...]] | None:
-        """Return the columns of a line that names the joint angle or anything measured."""
-        columns = suit_columns(texts, named)
-        known = tuple(column for column in columns if column.role)
-        is_header = any(column.role in (ELBOW_ANGLE, *CHANNELS) for column in columns)
-        return (columns, known) if is_header else None
+    def known(columns: Sequence[Heading]) -> list[Heading]:
+        """Return the columns that are read of a line that names an angle or anything measured."""
+        by_role = columns_by_role(columns, headers)  # every line has a column of a number
+        if not any(by_role.get(role) for role in (ELBOW_ANGLE, *CHANNELS)):
+            return []
+        return [column for role in COLUMNS for column in by_role.get(role, [])]
 
-    def refusal(shown: str, source: str, line: int) -> TendonError:
-        """Return the error of a file in which no header is known."""
-        return InputError(
-            f"no header names an angle, a torque or a tension of a suit; this line has {shown}",
-            where=f"{source}, line {line}",
+    is_file = isinstance(given, Path)
+    table = read_table(given, known, source="" if is_file else source)
+    if is_file and not table.has_header and not named:
+        shown = f"the columns are {table.shown}"
+        raise InputError(
+            f"no header names an angle, a torque or a tension of a suit; {shown}",
+            where=table.place(),
             hint='call them "elbow_angle (deg)", "spool_angle (rad)", "motor_torque (N m)", or name'
             ' them: [fit.columns] elbow_angle = "Enc1 (deg)"',
         )
-
-    return read_columns(path, find, refusal)
-
-
-def _table_in_memory(frame: Any, named: Mapping[str, str], source: str) -> Table:
-    """Return the columns of a DataFrame or a mapping of arrays."""
-    import pandas as pd
-
-    try:
-        given = pd.DataFrame({str(name): np.asarray(frame[name]) for name in frame})
-    except (TypeError, ValueError, LookupError) as error:
-        problem = f"{type(frame).__name__} is not a path, a DataFrame or a mapping of arrays"
-        raise UsageError(problem, where="fit_suit") from error
-    if not 0 < len(given) <= MOST_ROWS:
-        raise InputError(f"{len(given):,} rows, expected 1 to {MOST_ROWS:,}", where=source)
-    columns = suit_columns([str(name) for name in given], named)
-    digest = hashlib.sha256()
-    data = [given[name].to_numpy() for name in given]
-    for values in data:
-        digest.update(np.asarray(values, dtype=str).tobytes())
-    known = tuple(column for column in columns if column.role)
-    lines = np.arange(len(given))
-    return Table(source, digest.hexdigest(), columns, known, lines, data)
+    return table
 
 
-def _check_names(table: Table, named: Mapping[str, str]) -> None:
-    """Refuse names of `[fit.columns]` that a log does not have."""
-    found = {column.role for column in table.columns}
-    for role in named:
-        if role not in found:
-            shown = ", ".join(column.shown for column in table.columns[:12])
-            problem = f'there is no column "{shorten(named[role])}" in {table.source}'
-            raise UsageError(problem, where=f"fit.columns.{role}", hint=f"the columns are {shown}")
-
-
-def _suit_log(table: Table, scaling: Scaling) -> SuitLog:
+def _suit_log(table: Table, columns: Mapping[str, Heading | None], scaling: Scaling) -> SuitLog:
     """Return the log of a table, its rows checked."""
-    columns = {role: table.find(role) for role in COLUMNS}
-    _refuse_blind(table, columns)
     values: dict[str, Floats] = {}
-    notes = list(table.unread([*columns.values()]))
     headings = {role: column for role, column in columns.items() if column is not None}
+    time_unit = ""
     for role, column in headings.items():
-        factor = si_factor(column, scaling, table.place(column))
-        numbers = times_of_day(table, column) if role == TIME else None
-        values[role] = (table.numbers(column) if numbers is None else numbers) * factor
+        if role == TIME:
+            times, time_unit = table.times(column, may_lack=True)
+            values[role] = times * factor_of(time_unit)
+            if not time_unit and column.unit:
+                table.unit_of(column, "time")
+            continue
+        values[role] = table.numbers(column, may_lack=True)
+        values[role] *= si_factor(table, column, role, scaling)
+        if role in (ELBOW_ANGLE, SPOOL_ANGLE):
+            values[role] = table.unwrapped(column, values[role], 2.0 * np.pi)
     table.raise_faults()
+    notes = [*table.unread([*columns.values()]), *table.notes]
     is_number = {role: np.isfinite(column) for role, column in values.items()}
     known = np.all(list(is_number.values()), axis=0)
     missing = int(np.count_nonzero(~known))
@@ -201,7 +181,7 @@ def _suit_log(table: Table, scaling: Scaling) -> SuitLog:
         )
         values = {role: column[~spikes] for role, column in values.items()}
         lines = lines[~spikes]
-    if TIME in headings and headings[TIME].unit is None:
+    if TIME in headings and not time_unit:
         notes.append(note_on_time(table.source, headings[TIME], values[TIME]))
     check_values(table.source, headings, values, lines)
     return SuitLog(
@@ -239,10 +219,8 @@ def _load_of_comments(table: Table, rows: int) -> Floats | None:
         match = re.search(r"load[ _]?mass\s*[=:]\s*([0-9.]+\s*\w+)", comment)
         if match is None:
             continue
-        unit, number = unit_and_text(match.group(1))
-        if unit in ("kg", "g") and number:
-            factor = 1.0 if unit == "kg" else 1e-3
-            return np.full(rows, float(number) * factor)
+        with suppress(UnitError):
+            return np.full(rows, parse_measure(match[1], "mass").si)
     return None
 
 

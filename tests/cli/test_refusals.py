@@ -106,7 +106,7 @@ REFUSED = [
     ("show missing.csv", 3, "input", "missing.csv"),
     ("show junk.csv", 3, "input", "no column is a dimension"),
     ("show nobody.csv", 3, "input", "no persons"),
-    ("show wrong.csv", 3, "input", 'weight has the unit "m"'),
+    ("show wrong.csv", 3, "input", 'weight: "m" is a length'),
     # Readings
     ("fit-friction junk.csv --bend-angle '144 deg'", 3, "input", "junk.csv"),
     (f"{FIT} --route straight.csv", 3, "input", ""),

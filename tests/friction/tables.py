@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from tests.readers.files import Written
+
 TABLE = """case,load_cell_1_kg,load_cell_2_kg
 1,1.236,1.028
 1,1.236,1.027
@@ -11,6 +13,11 @@ TABLE = """case,load_cell_1_kg,load_cell_2_kg
 2,0.857,1.036
 """
 GERMAN = TABLE.replace(",", ";").replace(".", ",")
+WRITTEN = Written(
+    ("case", "load_cell_1", "load_cell_2"),
+    ("", "kg", "kg"),
+    [line.split(",") for line in TABLE.splitlines()[1:]],
+)
 BARE_ROWS = TABLE.split("\n", 1)[1]
 
 

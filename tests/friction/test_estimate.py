@@ -163,8 +163,8 @@ def test_a_load_cell_on_one_code_is_judged_alike_in_any_unit() -> None:
     fine[:, 2] = 33250.0
     for factor, _ in FACTORS:
         for codes, is_dead in ((coarse, False), (fine, True)):
-            log = {"direction": codes[:, 0], "motor": codes[:, 1] * factor}
-            log["load"] = codes[:, 2] * factor
+            log = {"direction": codes[:, 0], "motor (N)": codes[:, 1] * factor}
+            log["load (N)"] = codes[:, 2] * factor
             if is_dead:
                 with pytest.raises(InputError, match="same in every row"):
                     fit_friction(log, bend_angle="93.2 deg")

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import codecs
-
 import pytest
 
 from tendon_cli.errors import UsageError
 from tendon_cli.friction import fit_friction
 from tendon_cli.friction.budget import BEND
+from tendon_cli.friction.fit_result import DOUBT
+from tests.readers.files import good
 from verification.friction_rigs.cases import mentions
 
-from .tables import BARE_ROWS, GERMAN, NAMED, TABLE, added, called, changed
+from .tables import BARE_ROWS, GERMAN, NAMED, TABLE, WRITTEN, added, called, changed
 
 IN_GRAMS = called("cell 1 (g)", "cell 2 (kg)")
 IN_GERMAN = called("Kraft Motor (N)", "Kraft Last (N)", GERMAN)
@@ -20,33 +20,15 @@ REORDERED = [f"{cell_2},ok,{cell_1},{case}\n" for case, cell_1, cell_2 in CELLS_
 TIMES_OF_DAY = [f"2024-05-01 12:00:0{second}" for second in range(6)]
 
 READ_RIGHT: dict[str, str | bytes] = {
+    **good(WRITTEN),
     "as the data set has it": TABLE,
-    "semicolons and decimal commas": GERMAN,
-    "tabs and decimal commas": changed(TABLE, (",", "\t"), (".", ",")),
-    "semicolons and decimal points": TABLE.replace(",", ";"),
-    "UTF-8 with a mark": codecs.BOM_UTF8 + TABLE.encode(),
-    "UTF-16 with a mark": TABLE.encode("utf-16"),
-    "UTF-16 big-endian with a mark": codecs.BOM_UTF16_BE + GERMAN.encode("utf-16-be"),
-    "Latin-1": changed(
-        TABLE, ("case", "case,Prüfer"), ("\n1,", "\n1,Müller,"), ("\n2,", "\n2,Müller,")
-    ).encode("latin-1"),
-    "Windows line ends": TABLE.replace("\n", "\r\n"),
-    "old Macintosh line ends": TABLE.replace("\n", "\r"),
-    "no last line end": TABLE.rstrip("\n"),
-    "blank lines and lines of separators only": TABLE.replace("\n", "\n\n") + ",,\n,,\n",
-    "comments above": '# rig 3, brake wire; 2024\n% second\n"# third"\n' + TABLE,
-    "a title without a comment sign": "Rig 3 of the laboratory, brake wire\nmeasured, by hand\n"
-    + TABLE,
-    "a trailing separator": TABLE.replace("\n", ",\n"),
-    "quotes around everything": changed(
-        '"' + TABLE.rstrip("\n") + '"', (",", '","'), ("\n", '"\n"')
-    ),
-    "spaces around cells": TABLE.replace(",", " , "),
     "units in brackets": TABLE.replace("_kg", " [kg]"),
     "units after a slash": TABLE.replace("_kg", " / N"),
     "units spoken": TABLE.replace("_kg", " in kilograms"),
     "cells in grams and kilograms": changed(IN_GRAMS, (",1.236", ",1236"), (",0.", ",")),
     "no units": TABLE.replace("_kg", ""),
+    "numbers beside a word": called("Load 1 (kg)", "Load 2 (kg)"),
+    "names that say nothing, units of force": called("alpha (N)", "beta (N)"),
     "Roman numerals": called("Load cell I", "Load cell Ⅱ"),
     "short names": called("F1", "F2"),
     "ends of the sheath": called("force_motor_N", "force_load_N"),
@@ -76,6 +58,27 @@ def test_read_right(name: str, csv_file) -> None:
     assert fit.gain_ratio == pytest.approx(0.99784, rel=tolerance)
     assert [round(part.friction, 4) for part in fit.by_direction.values()] == [0.0734, 0.0752]
     assert (fit.rows.used.sum(), fit.is_log) == (6, False)
+
+
+def test_a_number_beside_a_word_names_no_end(csv_file) -> None:
+    fit = fit_friction(csv_file(called("Load 1 (N)", "Load 2 (N)")), bend_angle="144 deg")
+    assert fit.motor == "1"
+    assert not mentions(fit.warnings, "swapped")
+
+
+def test_cells_that_their_unit_alone_names_are_said(csv_file) -> None:
+    path = csv_file(called("alpha (N)", "beta (N)"))
+    fit = fit_friction(path, bend_angle="144 deg")
+    assert 'cells.csv: load cells by their unit alone: "alpha (N)", "beta (N)"' in fit.notes
+
+
+def test_columns_by_their_numbers(csv_file) -> None:
+    """A file without a header has numbers of columns alone."""
+    for content in (called("alpha", "beta"), BARE_ROWS, "# rig 3\n" + BARE_ROWS):
+        path = csv_file(content)
+        fit = fit_friction(path, bend_angle="144 deg", cell_1="2", cell_2="3", direction="1")
+        assert fit.friction == pytest.approx(0.0743048, abs=2e-7)
+        assert fit.rows.used.sum() == 6
 
 
 @pytest.mark.parametrize("line", [2, 6])
@@ -120,3 +123,20 @@ def test_the_uncertainty_of_angles_in_a_column(csv_file) -> None:
         fit_friction(csv_file(both), bend_angle="+/- 2 deg")
     with pytest.raises(UsageError, match="not given"):
         fit_friction(csv_file(TABLE), bend_angle="+/- 2 deg")
+
+
+@pytest.mark.parametrize(
+    ("angle", "factor", "words"),
+    [("15 deg", 1.0, "not of 15 deg"), ("144 deg", 9.0, "one cell reads"), ("144 deg", 1.0, "")],
+)
+def test_a_number_that_no_sheath_has_is_doubted_first(
+    angle: str, factor: float, words: str, csv_file
+) -> None:
+    """A ratio of the forces of e² is no sheath's, and a bend that is too small makes μ large."""
+    rows = [f"1,{factor * 1.236:.6f},1.028"] * 3 + [f"2,{0.858 / factor:.6f},1.036"] * 3
+    text = "\n".join(["case,load_cell_1_kg,load_cell_2_kg", *rows])
+    fit = fit_friction(csv_file(text), bend_angle=angle)
+    doubts = [warning for warning in fit.warnings if warning.startswith(DOUBT)]
+    assert bool(doubts) == bool(words)
+    assert words in "".join(doubts)
+    assert not doubts or fit.text.startswith(f"warning: {DOUBT}")

@@ -23,7 +23,7 @@ OF_BAD = [
     ("line 3, spool.ratio", '"abc"'),
     ("line 4, spool.ratio", '"=1+2"'),
     ("line 1", '"arm.b1": has no unit', 'write "arm.b1 (mm)"'),
-    ("line 1", '"kg" is not a unit of length'),
+    ("line 1", '"kg" is a mass'),
     ("line 1", '"load_mass (kg)"', 'did you mean "load.mass (kg)"'),
 ]
 
@@ -138,7 +138,6 @@ def test_sums_of_different_units_name_both_headers():
 
 def test_too_many_rows_are_refused_before_they_are_read(folder, monkeypatch):
     monkeypatch.setattr("tendon_cli.studies.attachments.MOST_ROWS", 1000)
-    monkeypatch.setattr("tendon_cli.files._CHUNK", 64)
     rows = "x,not a number\n" * 2000
     (folder / "springs.csv").write_text(f"name,spool.ratio\n{rows}")
     text = faults_of(StudyError, of_file())
@@ -164,17 +163,6 @@ def test_rows_that_set_nothing_are_refused(header, sets):
     else:
         with pytest.raises(StudyError, match="no column is a key of the study"):
             tendon.study(content)
-
-
-def test_a_file_of_a_german_spreadsheet_is_read(folder):
-    (folder / "springs.csv").write_bytes(
-        "name;spring.stiffness (kN/m);Preis (EUR);Lieferant\r\nS1;1,5;9,5;Müller\r\n".encode(
-            "latin-1"
-        )
-    )
-    table = tendon.study({"table": [of_file()]}).row_tables[0]
-    assert table.numbers["spring.stiffness"].tolist() == [1500.0]
-    assert [column.text(0) for column in table.carried] == ["9.5 EUR", "Müller"]
 
 
 def test_a_table_without_a_key_is_refused_with_the_nearest_keys(folder):

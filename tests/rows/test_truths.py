@@ -193,3 +193,19 @@ def test_rows_that_are_draws_are_served_as_a_share():
     assert (wider >= narrow - 1e-9).all()
     assert drawn.best["served_verified"] is None
     assert tendon.study({**base, "table": [table]}).serve == 0.95
+
+
+def test_a_limit_that_a_maker_leaves_open(tmp_path, monkeypatch):
+    """Cells without a number leave the study's own limit."""
+    monkeypatch.chdir(tmp_path)
+    rows = ["A,3,30", "B,3,inf", "C,3,nan", "D,3,", "E,3,-"]
+    header = "name,spring.stiffness (kN/m),limits.max_spring_extension (mm)"
+    (tmp_path / "springs.csv").write_text("\n".join([header, *rows]) + "\n")
+    table = [{"name": "part", "file": "springs.csv"}]
+    motion = {"elbow_angle": ["0 deg", "45 deg", "90 deg"]}
+    for own in (None, 0.02):
+        limits = {} if own is None else {"limits": {"max_spring_extension": f"{own} m"}}
+        designs = tendon.sweep({"table": table, "motion": motion, **limits}).designs
+        of_study = np.nan if own is None else own
+        stated = [0.03, of_study, of_study, of_study, of_study]
+        assert np.allclose(designs["limit_max_spring_extension"], stated, equal_nan=True)

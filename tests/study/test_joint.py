@@ -140,7 +140,7 @@ HEADER = "angle (deg),flexor (mm),extensor (mm)\n0,0,0\n"
     [
         (HEADER + "90,9,9\n", "2 rows, expected 3 at least", 3),
         (HEADER.replace(" (deg)", ""), "the column angle has no unit", 1),
-        (HEADER.replace("flexor (mm)", "flexor (N)"), 'the column flexor has the unit "N"', 1),
+        (HEADER.replace("flexor (mm)", "flexor (N)"), 'flexor: "N" is a force', 1),
         ("angle (deg),flexor (mm)\n0,0\n", "no column extensor", 1),
         (HEADER + "50,1,1\n40,2,2\n120,3,3\n", "angles that go back and forth", 4),
         (HEADER + "50,1,1\n50,2,2\n120,3,3\n", "the same angle twice", 4),

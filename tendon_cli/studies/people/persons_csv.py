@@ -5,8 +5,8 @@ from __future__ import annotations
 import difflib
 import re
 import unicodedata
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,8 +15,9 @@ from tendon_cli.errors import InputError
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.studies.csv_columns import Sheet, name_and_unit, unit_symbol
-from tendon_cli.studies.magnitude import Slip, column_slips
+from tendon_cli.readers.heading import Heading, columns_named
+from tendon_cli.readers.table import Table, read_table
+from tendon_cli.studies.magnitude import Slip, column_slips, raise_with_slips
 from tendon_cli.units import factor_of, known_units, shorten
 
 _SEX_WORDS = {
@@ -27,7 +28,6 @@ _SEX_WORDS = {
     "female": "female",
     "woman": "female",
 }
-_MISSING = ("", "na", "n/a", "nan", "null", "-")
 _OTHERS = ("name", "sex", "weighting")
 _KNOWN = (*DIMENSIONS, *_OTHERS)
 _ENGLISH = {
@@ -74,13 +74,6 @@ class PersonRows:
     """Values that are far from any person."""
 
 
-class _Header(NamedTuple):
-    place: int
-    """Place of the column."""
-    unit: str
-    """Unit as written, empty if there is none."""
-
-
 def read_persons(content: bytes, where: str, *, accepts_slips: bool = True) -> PersonRows:
     """Return the rows of a CSV file of persons.
 
@@ -96,70 +89,73 @@ def read_persons(content: bytes, where: str, *, accepts_slips: bool = True) -> P
     Raises:
         InputError: The file cannot be used; it lists all faults.
     """
-    sheet = Sheet.of(content, where, "person")
-    faulty_rows = len(sheet.faults)
-    headers, ignored = _headers(sheet)
-    has_faulty_header = len(sheet.faults) > faulty_rows
-    values = np.full((len(sheet.kept), len(DIMENSIONS)), np.nan)
-    is_empty = np.ones(len(sheet.kept), dtype=bool)
-    weighting = np.ones(len(sheet.kept))
+    table = read_table(content, _known, source=where, noun="person")
+    faulty_rows = len(table.faults)
+    headers = _headers(table)
+    has_faulty_header = len(table.faults) > faulty_rows
+    values = np.full((len(table), len(DIMENSIONS)), np.nan)
+    is_empty = np.ones(len(table), dtype=bool)
+    weighting = np.ones(len(table))
     sexes = None
     names = tuple(f"person {row + 1}" for row in range(len(values)))
     slips: list[Slip] = []
-    for name, (place, unit) in headers.items():
-        with sheet.collected():
+    for name, column in headers.items():
+        with table.collected():
             if name in DIMENSIONS:
-                is_empty &= sheet.is_missing(place, _MISSING)
-                numbers, slips_of_column = _dimension(sheet, place, name, unit)
+                is_empty &= table.is_missing(column)
+                numbers, slips_of_column = _dimension(table, column, name)
                 values[:, DIMENSIONS.index(name)] = numbers
                 slips += slips_of_column
             elif name == "weighting":
-                weighting = _weighting(sheet, place)
+                weighting = _weighting(table, column)
             elif name == "sex":
-                sexes = _sexes(sheet, place)
+                sexes = _sexes(table, column)
             else:
-                names = _names(sheet, place)
+                names = _names(table, column)
     if not has_faulty_header:
         for row in np.flatnonzero(is_empty).tolist():
-            sheet.refuse(row, "a person without any dimension")
-    sheet.raise_faults(() if accepts_slips else slips)
-    return PersonRows(tuple(headers), names, sexes, values, weighting, ignored, tuple(slips))
+            table.refuse("a person without any dimension", row=row)
+    raise_with_slips(table, () if accepts_slips else slips)
+    notes = [*table.unread(headers.values()), *table.notes]
+    return PersonRows(tuple(headers), names, sexes, values, weighting, notes, tuple(slips))
 
 
-def _headers(sheet: Sheet) -> tuple[dict[str, _Header], list[str]]:
-    """Return the columns that are read by name, and a note on those that are not.
+def _known(columns: Sequence[Heading]) -> list[Heading]:
+    """Return the columns of a line that names a dimension of a body."""
+    found = [column for name in DIMENSIONS for column in columns_named(columns, [name])]
+    others = [column for column in columns if column.header.casefold() in _OTHERS]
+    return [*found, *others] if found else []
 
-    Headers that are nearly known, or given twice, are faults of the sheet.
+
+def _headers(table: Table) -> dict[str, Heading]:
+    """Return the columns that are read by name.
+
+    Headers that are nearly known, or given twice, are faults of the table.
 
     Raises:
         InputError: No column is a dimension of a body.
     """
-    headers: dict[str, _Header] = {}
-    dimensions = [name_and_unit(text, DIMENSIONS) for text in sheet.header]
-    given = {name for name, _ in filter(None, dimensions)}
-    given.update(text.casefold() for text in sheet.header if text.casefold() in _OTHERS)
-    for place, text in enumerate(sheet.header):
-        known = name_and_unit(text, DIMENSIONS)
-        if text.casefold() in _OTHERS:
-            known = text.casefold(), ""
-        with sheet.collected():
-            if known is None:
-                _refuse_near_misses(text, given, sheet.where)
-                continue
-            name, unit = known
-            if name in headers:
-                first = shorten(sheet.header[headers[name].place], 30)
-                second = shorten(text, 30)
-                problem = f'{name} is given by two columns, "{first}" and "{second}"'
-                raise InputError(problem, where=sheet.where, hint="leave one of them out")
-            headers[name] = _Header(place, unit)
-    if not set(headers).intersection(DIMENSIONS):
-        sheet.raise_faults()
-        found = shorten(", ".join(sheet.header))
-        problem = f"no column is a dimension of a body, the headers read: {found}"
+    by_name = {name: table.named(name) for name in DIMENSIONS}
+    for name in _OTHERS:
+        by_name[name] = [one for one in table.columns if one.header.casefold() == name]
+    given = {name for name, found in by_name.items() if found}
+    known = {column.index for found in by_name.values() for column in found}
+    headers: dict[str, Heading] = {}
+    for name, found in by_name.items():
+        with table.collected():
+            column = table.only(found, name)
+            if column is not None:
+                headers[name] = column
+    for column in table.columns:
+        if column.index not in known:
+            with table.collected():
+                _refuse_near_misses(column.header, given, table.place(column))
+    if not given.intersection(DIMENSIONS):
+        table.raise_faults()
+        problem = f"no column is a dimension of a body, the columns are {table.shown}"
         hint = f"such as weight (kg), stature (cm); dimensions: {', '.join(DIMENSIONS)}"
-        raise InputError(problem, where=sheet.where, hint=hint)
-    return headers, sheet.ignored({header.place for header in headers.values()})
+        raise InputError(problem, where=table.place(), hint=hint)
+    return dict(sorted(headers.items(), key=lambda pair: pair[1].index))
 
 
 def _refuse_near_misses(text: str, given: set[str], where: str) -> None:
@@ -203,59 +199,61 @@ def _without_unit(words: list[str]) -> str:
     return "_".join(words[:last])
 
 
-def _dimension(sheet: Sheet, place: int, name: str, unit: str) -> tuple[Array, tuple[Slip, ...]]:
+def _dimension(table: Table, column: Heading, name: str) -> tuple[Array, tuple[Slip, ...]]:
     """Return a column of a dimension in SI, and its values that are far from any person.
 
-    Values of 0 or less are faults of the sheet.
-
-    Raises:
-        InputError: The column has no unit of its dimension.
+    Values of 0 or less, and a unit of another dimension, are faults of the table.
     """
-    numbers = sheet.numbers(place, name, _MISSING)
-    symbol = unit_symbol(name, unit, QUANTITIES[name].dimension, sheet.where)
+    numbers = table.numbers(column, may_lack=True)
+    symbol = table.unit_of(column, QUANTITIES[name].dimension)
     is_impossible = numbers <= 0.0
     for row in np.flatnonzero(is_impossible).tolist():
-        sheet.refuse(row, f"{name} is {numbers[row]:.6g} {symbol}, expected more than 0")
+        problem = f"{name} is {numbers[row]:.6g} {symbol}, expected more than 0"
+        table.refuse(problem, column=column, row=row)
     values = np.where(is_impossible, np.nan, numbers) * factor_of(symbol)
-    places = [sheet.place(row) for row in range(len(values))]
+    if not symbol:
+        return values, ()
+    places = [table.place(row=row) for row in range(len(table))]
     return values, column_slips(name, values, symbol, name, places)
 
 
-def _weighting(sheet: Sheet, place: int) -> Array:
-    """Return the weights of the persons; negative ones are faults of the sheet.
+def _weighting(table: Table, column: Heading) -> Array:
+    """Return the weights of the persons; negative ones are faults of the table.
 
     Raises:
         InputError: All are 0.
     """
-    weighting = sheet.numbers(place, "weighting")
+    weighting = table.numbers(column)
     for row in np.flatnonzero(weighting < 0.0).tolist():
-        sheet.refuse(row, f"weighting is {weighting[row]:g}, expected 0 or more")
+        problem = f"weighting is {weighting[row]:g}, expected 0 or more"
+        table.refuse(problem, column=column, row=row)
     if not weighting.any():
-        raise InputError("every weighting is 0, so nobody counts", where=sheet.where)
+        raise InputError("every weighting is 0, so nobody counts", where=table.source)
     return weighting
 
 
-def _names(sheet: Sheet, place: int) -> tuple[str, ...]:
-    """Return the names of the persons; empty ones and those of several are faults of the sheet."""
+def _names(table: Table, column: Heading) -> tuple[str, ...]:
+    """Return the names of the persons; empty ones and those of several are faults of the table."""
     rows: dict[str, int] = {}
-    for row, text in enumerate(sheet.columns[place].to_pylist()):
+    for row, text in enumerate(table.texts(column)):
         name = shorten(text, 200)
         if not name:
-            sheet.refuse(row, "a person without a name in a file of names")
+            table.refuse("a person without a name in a file of names", row=row)
         elif name in rows:
-            line = sheet.kept[rows[name]] + 1
+            line = table.lines[rows[name]]
             problem = f'"{shorten(name)}" is the name of two persons, the other in line {line}'
-            sheet.refuse(row, problem, "each name may be used only once")
+            table.refuse(problem, "each name may be used only once", row=row)
         else:
             rows[name] = row
     return tuple(rows)
 
 
-def _sexes(sheet: Sheet, place: int) -> npt.NDArray[np.str_]:
-    """Return "male" or "female" for each person; any other word is a fault of the sheet."""
-    texts = sheet.columns[place].to_pylist()
+def _sexes(table: Table, column: Heading) -> npt.NDArray[np.str_]:
+    """Return "male" or "female" for each person; any other word is a fault of the table."""
+    texts = table.texts(column)
     words = [_SEX_WORDS.get(text.casefold(), "") for text in texts]
     for row, word in enumerate(words):
         if not word:
-            sheet.refuse(row, f'sex is "{shorten(texts[row])}", expected male or female')
+            problem = f'sex is "{shorten(texts[row])}", expected male or female'
+            table.refuse(problem, column=column, row=row)
     return np.array(words)

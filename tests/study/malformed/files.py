@@ -156,7 +156,7 @@ ATTACHMENTS = (
     route(
         "of an unknown unit",
         "x_furlong,y,z\n0,0,0\n1,1,1\n",
-        "the column x has the unit",
+        "unknown unit",
         "furlong",
     ),
     route(
@@ -164,9 +164,7 @@ ATTACHMENTS = (
     ),
     route("with a short row", "x,y,z\n0,0,0\n1,2\n", "2 cells where the header has 3", "line 3"),
     route("with 1e300", "x,y,z\n0,0,0\n1e300,0,0\n", "x is 1e+300", "line 3"),
-    route(
-        "with decimal commas", "x,y,z\n0;0;0\n1,5;0;0\n", "1 cell where the header has 3", "line 2"
-    ),
+    route("with decimal commas", "x,y,z\n0;0;0\n1,5;0;0\n", "separated by comma", "line 1"),
     route("of an open quote", 'x,y,z\n0,0,0\n"1,0,0\n2,0,0\n', "not a row of CSV", "line 3"),
     route("over 16 MB", b"x,y,z\n" + b"0,0,0\n" * 2_700_000, "larger than 16 MB"),
     route("of steps of 1e-320", "x,y,z\n0,0,0\n1e-320,0,0\n2e-320,1e-320,0\n", "way-points"),

@@ -1,48 +1,90 @@
-"""CSVs beside a study: all faults of a file at once, a note on what is not read, other kinds."""
+"""Files beside a study: read however they are written, all faults at once, notes on the rest."""
 
-import numpy as np
 import pytest
 
-from tendon_cli.cells import MOST_FAULTS, lines_of
+import tendon_cli as tendon
 from tendon_cli.errors import InputError, StudyError
-from tendon_cli.studies.csv_columns import read_columns
+from tendon_cli.readers.file_text import lines_of
 from tendon_cli.studies.load import any_study, load_study
 from tendon_cli.studies.people.persons_csv import read_persons
+from tests.readers.files import Written, good, hostile
 
-CURVE = {"angle": "angle", "torque": "torque"}
+TIMES = [f"{0.01 * row:.2f}" for row in range(200)]
+FILES = {
+    "joint.torque": Written(
+        ("angle", "torque"), ("deg", "N m"), [["-10", "-1.5"], ["40", "0.5"], ["95", "2.5"]]
+    ),
+    "joint.excursion": Written(
+        ("elbow_angle", "flexor_travel", "extensor_travel"),
+        ("deg", "mm", "mm"),
+        [["-5", "-3.5", "-2.0"], ["45", "30.5", "20.0"], ["95", "60.0", "45.5"]],
+    ),
+    "motion.trajectory": Written(
+        ("time", "elbow_angle"),
+        ("s", "deg"),
+        [[time, f"{40.0 + 20.0 * (row / 200):.3f}"] for row, time in enumerate(TIMES)],
+    ),
+    "sheath.path": Written(
+        ("x", "y", "z"),
+        ("mm", "mm", "mm"),
+        [["0.0", "-10", "0"], ["100", "0.5", "0"], ["180", "60", "0"], ["200", "150", "0"]],
+    ),
+    "people.file": Written(
+        ("name", "weight", "stature"),
+        ("", "kg", "cm"),
+        [["A", "70.5", "175"], ["B", "81", "182.5"], ["C", "64", "168"]],
+    ),
+    "table": Written(
+        ("name", "spring.stiffness", "price"),
+        ("", "kN/m", "EUR"),
+        [["A", "3.5", "12"], ["B", "5", "14.5"], ["C", "8", "19"]],
+    ),
+}
+"""A good file for each key that names one."""
 
 
-def read(text):
-    return read_columns(text.encode(), "joint.csv", CURVE, "angle")
+def study_of(folder, key, content, name="file.csv"):
+    """Return a study that names a file of some content."""
+    (folder / name).write_bytes(content.encode() if isinstance(content, str) else content)
+    table, _, inner = key.partition(".")
+    if key == "table":
+        return any_study({"table": [{"name": "part", "file": name}]})
+    return any_study({table: {inner: name}})
 
 
-def test_every_fault_of_the_numbers_is_told_with_its_line():
-    with pytest.raises(InputError) as raised:
-        read("angle (deg),torque (N m)\n0,x\n10,1\ny,2\n30,1e99\n")
-    for place in ("line 2: torque", "line 4: angle", "line 5: torque"):
-        assert place in raised.value.message
-    assert "3 faults" in raised.value.message
+@pytest.mark.parametrize("key", FILES)
+def test_a_file_is_the_same_however_it_is_written(key, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    written = FILES[key]
+
+    def numbers_of(content):
+        """Return the numbers that a study has of its file, as bytes."""
+        study = study_of(tmp_path, key, content)
+        if key == "people.file":
+            return read_persons((tmp_path / "file.csv").read_bytes(), "file.csv").values.tobytes()
+        return study.hash
+
+    right = numbers_of(written.text())
+    for way, content in good(written).items():
+        assert numbers_of(content) == right, way
 
 
-def test_every_row_of_another_length_is_told():
-    with pytest.raises(InputError) as raised:
-        read("angle (deg),torque (N m)\n0\n10,1\n20,2,3\n")
-    assert "line 2: 1 cell" in raised.value.message
-    assert "line 4: 3 cells" in raised.value.message
-
-
-def test_a_file_full_of_faults_lists_the_first_and_counts_the_others():
-    rows = "\n".join("0,x" for _ in range(1000))
-    with pytest.raises(InputError) as raised:
-        read(f"angle (deg),torque (N m)\n{rows}\n")
-    assert len(raised.value.message.splitlines()) == MOST_FAULTS + 2
-    assert f"and {1000 - MOST_FAULTS} more" in raised.value.message
-
-
-def test_one_fault_alone_is_told_as_before():
-    with pytest.raises(InputError, match='torque is "x", expected a number') as raised:
-        read("angle (deg),torque (N m)\n0,x\n10,1\n")
-    assert raised.value.where == "joint.csv, line 2"
+@pytest.mark.parametrize("key", FILES)
+def test_a_hostile_file_is_refused_with_its_place(key, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name, (content, where, message) in hostile(FILES[key], 1).items():
+        if key == "table" and name in ("zeros in front", "a bomb"):
+            continue  # numbers of parts may have them, and tables may be larger
+        with pytest.raises((InputError, StudyError)) as caught:
+            study_of(tmp_path, key, content)
+        told = str(caught.value)
+        assert "file.csv" in told, name
+        if key == "table" and where.startswith("line 3, column"):
+            # A table names its columns, whose cells may have their own units.
+            assert "line 3" in told, name
+            continue
+        assert message in told, name
+        assert where in told, name
 
 
 def test_every_fault_of_persons_is_told():
@@ -50,6 +92,39 @@ def test_every_fault_of_persons_is_told():
         read_persons(b"weight (kg),stature (cm),sex\n70,x,m\n-7,180,q\n", "people.csv")
     for words in ('stature is "x"', "weight is -7 kg"):
         assert words in raised.value.message
+
+
+def test_a_motion_of_opensim_is_a_trajectory(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    written = FILES["motion.trajectory"]
+    rows = "".join(f"{time}\t1.5\t{angle}\n" for time, angle in written.rows)
+    head = "Coordinates\nversion=1\nnRows=200\nnColumns=3\ninDegrees=yes\n\nendheader\n"
+    text = f"{head}time\tarm_flex_r\telbow_flex_r\n{rows}"
+    study = study_of(tmp_path, "motion.trajectory", text, "ik.mot")
+    assert study.hash == study_of(tmp_path, "motion.trajectory", written.text()).hash
+    assert 'ik.mot: the angle is "elbow_flex_r"' in study.warnings
+    with pytest.raises(InputError, match="no column angle, the header reads: time, arm_flex_r"):
+        study_of(tmp_path, "motion.trajectory", text.replace("elbow", "knee"), "ik.mot")
+
+
+def test_a_motion_of_tendon_is_a_trajectory(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    study = study_of(tmp_path, "motion.trajectory", FILES["motion.trajectory"].text())
+    states = tendon.sweep(study).states
+    units = states.attrs["units"]
+    text = states.rename(columns=lambda name: f"{name} ({units[name]})").to_csv(index=False)
+    again = study_of(tmp_path, "motion.trajectory", text, "states.csv")
+    angles = again.motion.trajectory.columns["angle"]
+    assert angles == pytest.approx(states["elbow_angle"])
+
+
+def test_a_clock_that_starts_again_names_the_line(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = FILES["motion.trajectory"].text()
+    twice = text + text.partition("\n")[2]
+    with pytest.raises(InputError, match="time starts again in this row") as caught:
+        study_of(tmp_path, "motion.trajectory", twice)
+    assert caught.value.where == "file.csv, line 202"
 
 
 FAULTY_FILES = {
@@ -83,7 +158,7 @@ FAULTY_FILES = {
         "x (mm),y (mm),z (mm)",
         "0,0,0",
         ("1,a,0", 'y is "a"'),
-        ("2,,0", 'y is ""'),
+        ("2,,0", "y is empty"),
         ("3,1", "2 cells where the header has 3"),
         ("4,1,1e99", "z is 1e+99"),
     ),
@@ -102,13 +177,8 @@ FAULTY_FILES = {
 
 def faults_of_file(folder, key, *lines):
     """Return the error of a study that names a file of these lines."""
-    (folder / "file.csv").write_text("\n".join(lines) + "\n")
-    table, _, name = key.partition(".")
-    content = {table: {name: "file.csv"}}
-    if key == "table":
-        content = {"table": [{"name": "part", "file": "file.csv"}]}
     with pytest.raises((InputError, StudyError)) as raised:
-        any_study(content)
+        study_of(folder, key, "\n".join(lines) + "\n")
     return str(raised.value)
 
 
@@ -135,13 +205,6 @@ def test_a_row_of_another_length_hides_no_other_fault(key, tmp_path, monkeypatch
         assert "line 3" in text
 
 
-def test_faults_are_listed_in_the_order_of_their_lines():
-    with pytest.raises(InputError) as raised:
-        read("angle (deg),torque (N m)\n0,x\ny,1\n20,z\n30\n")
-    lines = [part.split(":")[0].strip() for part in raised.value.message.splitlines()[1:]]
-    assert lines == ["line 2", "line 3", "line 4", "line 5"]
-
-
 def test_values_that_a_study_accepts_are_no_faults_beside_others():
     content = b"weight (kg),sex\n7000,m\n70,q\n"
     with pytest.raises(InputError, match='sex is "q"') as raised:
@@ -156,18 +219,6 @@ def test_a_faulty_header_hides_no_faults_of_cells():
         read_persons(b"wieght (kg),stature (cm),sex\n70,175,q\n70,x,m\n", "people.csv")
     for words in ("wieght", 'sex is "q"', 'stature is "x"'):
         assert words in raised.value.message
-
-
-def test_cells_in_quotes_hold_separators_and_spaces_go():
-    read_in = read('angle (deg),"torque (N m)"\n 0 ,"1"\n"10", 2\n')
-    assert np.allclose(read_in.values[1], [1.0, 2.0])
-    assert read_in.notes == []
-
-
-def test_columns_that_are_not_read_are_named():
-    assert read("angle (deg),torque (N m),speed\n0,1,2\n").notes == [
-        "joint.csv: columns not read: speed"
-    ]
 
 
 def test_a_column_in_the_file_of_a_trajectory_that_is_not_read_is_named(tmp_path):

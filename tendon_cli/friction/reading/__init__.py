@@ -1,1 +1,0 @@
-"""Readings of two load cells, from files or from memory."""
