@@ -47,8 +47,8 @@ def fit_friction(
     *,
     route: Name | None = None,
     path_smoothing: str | float | None = None,
-    cell_1: str | None = None,
-    cell_2: str | None = None,
+    cell_1: str | int | None = None,
+    cell_2: str | int | None = None,
     motor: str | None = None,
     direction: str | None = None,
     position: str | None = None,
@@ -66,7 +66,7 @@ def fit_friction(
         route: A CSV of way-points x, y and z along the sheath, instead of `bend_angle`; the bend
             angle is taken from it with its uncertainty.
         path_smoothing: Noise of the way-points, such as "0.5 mm", or a number in m.
-        cell_1: Header of the column of the first cell, if it is not one that is known.
+        cell_1: Header of the first cell's column, or its number from 1, if it is not a known one.
         cell_2: Header of the column of the second cell.
         motor: "1" or "2", the cell at the motor; inferred if it is not given.
         direction: Header of the column that says when the motor pulls, releases and rests.
@@ -88,11 +88,10 @@ def fit_friction(
         raise UsageError(f'"{motor}" is not a load cell', where="--motor", hint='"1" or "2"')
     bend = bend_angle_of(bend_angle, None if route is None else path_of(route), path_smoothing)
     sources: list[Any] = list(path) if isinstance(path, list | tuple) else [path]
-    names = {"cell_1": cell_1, "cell_2": cell_2, "direction": direction, "position": position}
     parts = []
     for source in sources:
         file = path_of(source) if isinstance(source, str | PathLike) else source
-        parts.append(read_readings(file, **names))
+        parts.append(read_readings(file, cell_1, cell_2, direction, position))
     readings = concatenate(parts)
     zeros = (
         force_of(zero_motor, "--zero-motor", readings.unit),

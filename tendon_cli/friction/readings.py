@@ -170,8 +170,8 @@ class Readings:
 def read_readings(
     source: Any,
     *,
-    cell_1: str | None = None,
-    cell_2: str | None = None,
+    cell_1: str | int | None = None,
+    cell_2: str | int | None = None,
     direction: str | None = None,
     position: str | None = None,
 ) -> Readings:
@@ -180,7 +180,7 @@ def read_readings(
     Args:
         source: Path of a CSV of settled readings or a raw log, a DataFrame, or a mapping of arrays,
             whose names serve as headers.
-        cell_1: Header of the column of the first cell, if it is not one that is known.
+        cell_1: Header of the first cell's column, or its number from 1, if it is not a known one.
         cell_2: Header of the column of the second cell.
         direction: Header of the column of the motor's direction, if it is not one that is known.
         position: Header of the column of the motor's position or speed.
@@ -195,7 +195,7 @@ def read_readings(
             where="--cell-1, --cell-2",
             hint="name both",
         )
-    names = (cell_1, cell_2) if cell_1 is not None and cell_2 is not None else None
+    names = None if cell_1 is None else (str(cell_1), str(cell_2))
     are_numbers = names is not None and all(name.strip().isdecimal() for name in names)
 
     def known(columns: Sequence[Heading]) -> list[Heading]:

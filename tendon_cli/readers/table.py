@@ -454,8 +454,22 @@ def read_table(
         source = source or name_of(given)
         given = content_of(given, most_bytes, hint)
     if isinstance(given, bytes):
-        return _Text(given, source, noun, most_bytes, most_rows).table(known)
-    return _table_of_frame(given, known, source, noun, most_rows)
+        table = _Text(given, source, noun, most_bytes, most_rows).table(known)
+    else:
+        table = _table_of_frame(given, known, source, noun, most_rows)
+    _check_headers(table, known)
+    return table
+
+
+def _check_headers(table: Table, known: Known) -> None:
+    """Refuse two columns with one header, of those that are read, or of all if none is known."""
+    first: dict[str, Heading] = {}
+    for column in known(table.columns) or table.columns:
+        other = first.setdefault(column.header, column)
+        if column.header and other.index != column.index:
+            places = f"in columns {other.index + 1} and {column.index + 1}"
+            problem = f"the header {column.shown} stands twice, {places}, expected it once"
+            raise InputError(problem, where=table.place(), hint="rename or delete one of them")
 
 
 def name_of(path: Path) -> str:

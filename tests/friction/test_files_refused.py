@@ -29,7 +29,12 @@ REFUSED: dict[str, tuple[str | bytes, str, str]] = {
     **hostile(WRITTEN, 1),
     "no header": (BARE_ROWS, "line 1", "no header"),
     "names that say nothing": (called("alpha", "beta"), "line 1", "no header"),
-    "three cells": ("cell 1,cell 2,cell 2\n1,2,3\n", "line 1", "several columns"),
+    "three cells": ("cell 1,cell 2,cell 3\n1,2,3\n", "line 1", "several columns"),
+    "one cell twice": (
+        "cell 1 (N),cell 1 (N)\n1,2\n",
+        "line 1",
+        "stands twice, in columns 1 and 2",
+    ),
     "decimal commas between commas": (
         GERMAN.replace(";", ","),
         "line 2",

@@ -73,11 +73,17 @@ def test_a_frame_is_read_as_a_file_is():
 
 def test_a_name_that_stands_twice_is_refused_with_both_places():
     twice = pd.DataFrame([[1.0, 2.0]], columns=["force (N)", "force (N)"])
-    for table in (read_table(twice, known), read("force (N),force (kN)\n1,2\n")):
-        with pytest.raises(InputError, match="two columns give the force") as caught:
-            table.only(table.named("force"), "force")
-        assert "(column 1)" in caught.value.message
-        assert "(column 2)" in caught.value.message
+    for read_twice in (
+        lambda: read_table(twice, known),
+        lambda: read("force (N),force (N)\n1,2\n"),
+    ):
+        with pytest.raises(InputError, match="stands twice, in columns 1 and 2"):
+            read_twice()
+    table = read("force (N),force (kN)\n1,2\n")
+    with pytest.raises(InputError, match="two columns give the force") as caught:
+        table.only(table.named("force"), "force")
+    assert "(column 1)" in caught.value.message
+    assert "(column 2)" in caught.value.message
 
 
 HEADERS = {
