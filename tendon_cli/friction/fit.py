@@ -91,7 +91,10 @@ def fit_friction(
     parts = []
     for source in sources:
         file = path_of(source) if isinstance(source, str | PathLike) else source
-        parts.append(read_readings(file, cell_1, cell_2, direction, position))
+        read = read_readings(
+            file, cell_1=cell_1, cell_2=cell_2, direction=direction, position=position
+        )
+        parts.append(read)
     readings = concatenate(parts)
     zeros = (
         force_of(zero_motor, "--zero-motor", readings.unit),

@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -345,6 +346,7 @@ class _Meaning(NamedTuple):
     """"motor" or "load", if the header says at which end of the sheath the cell is."""
 
 
+@lru_cache(maxsize=1024)
 def _meaning_of(column: Heading) -> _Meaning:
     """Find the role of a column by the words of its header; one without a known word has none."""
     known = _words_of(column.text)

@@ -679,6 +679,7 @@ class _Text:
         candidates = plain[:_HEADER_WITHIN]
         usual: tuple[int, list[Heading]] | None = None
         wrong: list[InputError] = []
+        most = 0  # cells that are filled in it, if it is as wide as the rows
         for at in candidates:
             try:
                 columns = _columns_of(self._cells(lines[at], at, width))
@@ -687,8 +688,11 @@ class _Text:
                 continue
             if known(columns):
                 return at, columns
-            if usual is None or len(columns) == width != len(usual[1]):
+            filled = sum(bool(column.header) for column in columns)
+            has_numbers = any(_IS_NUMBER.fullmatch(column.header) for column in columns)
+            if usual is None or (len(columns) == width and filled > most and not has_numbers):
                 usual = at, columns
+                most = filled if len(columns) == width else 0
         for at in range(candidates[0] - 1, -1, -1):
             if not is_comment(lines[at]) or '"' in lines[at]:
                 continue

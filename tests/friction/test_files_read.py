@@ -74,7 +74,8 @@ def test_cells_that_their_unit_alone_names_are_said(csv_file) -> None:
 
 def test_columns_by_their_numbers(csv_file) -> None:
     """A file without a header has numbers of columns alone."""
-    for content in (called("alpha", "beta"), BARE_ROWS, "# rig 3\n" + BARE_ROWS):
+    named = called("alpha", "beta")
+    for content in (named, "Rig 3,,\n" + named, BARE_ROWS, "# rig 3\n" + BARE_ROWS):
         path = csv_file(content)
         fit = fit_friction(path, bend_angle="144 deg", cell_1="2", cell_2="3", direction="1")
         assert fit.friction == pytest.approx(0.0743048, abs=2e-7)
