@@ -27,6 +27,10 @@ UNFINISHED = "unfinished"
 when it knows the whole; it goes as soon as the run is recorded."""
 
 
+_OF_EARLIER_VERSIONS = ("named",)
+"""Tables that earlier versions wrote, by which a folder of theirs is known and can be replaced."""
+
+
 class TableKind(NamedTuple):
     """A table that a task writes."""
 
@@ -174,7 +178,7 @@ def _table_kinds(names: tuple[str, ...]) -> dict[str, TableKind]:
 
 def tables_in_folders() -> tuple[str, ...]:
     """Return the names of all tables that a run may have in its folder, finished or not."""
-    return (*table_kinds(), UNFINISHED)
+    return (*table_kinds(), UNFINISHED, *_OF_EARLIER_VERSIONS)
 
 
 def load(name: str) -> Any:

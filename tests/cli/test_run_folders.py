@@ -392,6 +392,22 @@ def test_a_run_of_an_older_version_is_refused_and_its_reader_named(run, tendon):
     assert contents() == before
 
 
+def test_an_answer_with_a_table_that_is_not_written_any_more_can_be_replaced(tendon, workplace):
+    """Once an answer had its named choices in a table of their own."""
+    (workplace / "suit.toml").write_text('spool = { ratio = 0.6 }\nload = { mass = "5 kg" }\n')
+    words = ("design", "suit.toml", "--no-figures", "--out", "answer")
+    assert tendon(*words).exit in (0, 4)
+    folder = workplace / "answer"
+    record = json.loads((folder / "design.json").read_text("utf-8"))
+    shutil.copy(folder / "conditions.parquet", folder / "named.parquet")
+    (entry,) = [entry for entry in record["files"] if entry["path"] == "conditions.parquet"]
+    record |= {"results_version": 6, "files": [*record["files"], entry | {"path": "named.parquet"}]}
+    (folder / "design.json").write_text(signed(record), encoding="utf-8")
+    assert OLD in tendon(*words, "--json").json["error"]["message"]
+    assert tendon(*words, "--overwrite").exit in (0, 4)
+    assert not (folder / "named.parquet").exists()
+
+
 # --- Figures --------------------------------------------------------------------------------------
 
 
