@@ -108,7 +108,7 @@ def columns_named(columns: Iterable[Heading], names: Iterable[str]) -> list[Head
 
 
 def column_called(columns: Iterable[Heading], given: str) -> Heading | None:
-    """Return the only column with a header, or of a number from 1, as a user gives it.
+    """Return the only column with a header, with or without its unit, or of a number from 1.
 
     Return None if there is none, or several have the header.
     """
@@ -117,6 +117,8 @@ def column_called(columns: Iterable[Heading], given: str) -> Heading | None:
     found = [column for column in columns if column.header == given]
     if not found:
         found = [column for column in columns if column.header.casefold() == given.casefold()]
+    if not found:
+        found = [column for column in columns if column.name.casefold() == given.casefold()]
     if not found and given.isdecimal():
         found = [column for column in columns if column.index + 1 == int(given)]
     return found[0] if len(found) == 1 else None

@@ -7,7 +7,7 @@ import pytest
 
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.readers.file_text import MOST_FAULTS
-from tendon_cli.readers.heading import Heading
+from tendon_cli.readers.heading import Heading, column_called
 from tendon_cli.readers.table import read_table
 
 from .files import Written, good, hostile
@@ -261,3 +261,12 @@ def test_an_encoder_that_wraps_is_counted_on(low):
     steady = np.radians(np.linspace(0.0, 350.0, 400))
     assert np.array_equal(table.unwrapped(angle, steady, 2.0 * np.pi), steady)
     assert len(table.notes) == 1
+
+
+def test_a_column_is_called_by_its_header_its_name_or_its_number():
+    columns = read("time (s),force (N)\n1,2\n").columns
+    for given in ("force (N)", "FORCE (n)", "force", " 2 "):
+        assert column_called(columns, given) == columns[1]
+    twice = read("force (N),force (kN)\n1,2\n").columns
+    assert column_called(twice, "force") is None
+    assert column_called(twice, "force (kN)") == twice[1]
