@@ -7,7 +7,7 @@ import pytest
 
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.readers.file_text import MOST_FAULTS
-from tendon_cli.readers.heading import Heading, column_called
+from tendon_cli.readers.heading import Heading
 from tendon_cli.readers.table import read_table
 
 from .files import Written, good, hostile
@@ -162,11 +162,13 @@ def test_cells_without_a_number_are_nan_where_they_may_be():
 
 
 def test_a_column_by_its_header_or_its_number():
-    table = read("time (s),force (N),3\n0,1,2\n")
-    assert table.called("Force (n)", "--cell-1").index == 1
+    table = read("time (s),force (N),3,arm (mm),arm (cm)\n0,1,2,3,4\n")
+    for given in ("Force (n)", "force"):
+        assert table.called(given, "--cell-1").index == 1
+    assert table.called("arm (cm)", "--cell-1").index == 4
     assert table.called("2", "--cell-1").index == 1
     assert table.called("3", "--cell-1").index == 2
-    for given in ("4", "0", "load"):
+    for given in ("6", "0", "load", "arm"):
         with pytest.raises(UsageError, match="no column") as caught:
             table.called(given, "--cell-1")
         assert caught.value.where == "--cell-1"
@@ -261,12 +263,3 @@ def test_an_encoder_that_wraps_is_counted_on(low):
     steady = np.radians(np.linspace(0.0, 350.0, 400))
     assert np.array_equal(table.unwrapped(angle, steady, 2.0 * np.pi), steady)
     assert len(table.notes) == 1
-
-
-def test_a_column_is_called_by_its_header_its_name_or_its_number():
-    columns = read("time (s),force (N)\n1,2\n").columns
-    for given in ("force (N)", "FORCE (n)", "force", " 2 "):
-        assert column_called(columns, given) == columns[1]
-    twice = read("force (N),force (kN)\n1,2\n").columns
-    assert column_called(twice, "force") is None
-    assert column_called(twice, "force (kN)") == twice[1]
