@@ -376,53 +376,48 @@ def page_of_run(run: Run, what: tuple[str, ...], how: dict[str, Any]) -> Page:
 def page_of_comparison(comparison: Comparison, what: tuple[str, ...], how: dict[str, Any]) -> Page:
     """Draw the windows of the answers of a comparison, or the margins of its first two runs."""
     _refuse_others("a comparison", what, how, ())
-    labels = [result["label"] for result in comparison.compared["results"]]
-    title = f"{', '.join(labels[1:])} compared with {labels[0]}"
-    return _picture_of_comparison(comparison, title)
+    return _picture_of_comparison(comparison, comparison.title)
 
 
 def _picture_of_comparison(comparison: Comparison, title: str) -> Page:
     """Draw the windows or the margins of a comparison; an empty title leaves no room for one."""
-    from tendon_cli.checks.compare_runs import margins_of
+    from tendon_cli.checks.compare_runs import pair_of_designs
     from tendon_cli.figures.side_by_side import margins_page, windows_page
 
-    compared = comparison.compared
-    labels = [result["label"] for result in compared["results"]]
-    first = compared["results"][0]
-    study = f"tendon study {first['name']} {first['study_hash']}"
+    first, second, *_ = comparison.sides
+    study = f"tendon study {first.name} {first.study_hash}"
     runs = [result for result in comparison.results if isinstance(result, Run)]
     if runs:
-        before, now = margins_of(runs[0], runs[1])
-        return margins_page(before, now, (labels[0], labels[1]), title, study)
+        before, now = pair_of_designs((runs[0], runs[1])).both("margin")
+        return margins_page(before, now, (first.label, second.label), title, study)
     read = say.setting_words(comparison.results[0].record["question"]["read"])
     rows = [*_window_rows(comparison)]
-    return windows_page(rows, title, "".join(read), first["unit"], study)
+    return windows_page(rows, title, "".join(read), first.unit, study)
 
 
 def _window_rows(comparison: Comparison) -> Iterator[WindowRow]:
     """Yield the window of each answer of a comparison, as a figure has it."""
     from tendon_cli.figures.side_by_side import WindowRow
 
-    compared = comparison.compared
-    values = {quantity["name"]: quantity["values"] for quantity in compared["quantities"]}
-    results = zip(comparison.results, compared["results"], compared["binds"], strict=True)
-    for place, (result, about, bind) in enumerate(results):
-        low, high, pretension = (
-            values[name][place] if name in values else None
-            for name in ("pretension_from", "pretension_to", "pretension")
-        )
-        has_window = low is not None and (high is None or low <= high)
-        fresh = None if bind is None else bind["fresh"]
+    binds = [comparison.pairs[0].binds[0], *(pair.binds[1] for pair in comparison.pairs)]
+    lows, highs, pretensions = (
+        cast("list[float | None]", comparison.values(name))
+        for name in ("pretension_from", "pretension_to", "pretension")
+    )
+    for place, (result, side) in enumerate(zip(comparison.results, comparison.sides, strict=True)):
+        has_window = lows[place] is not None
+        bind = binds[place]
+        fresh = None if bind is None else bind.fresh
         limits = ["", ""]
         if bind is not None:
-            for end, limit in enumerate((bind["lower"], bind["upper"])):
+            for end, limit in enumerate((bind.lower, bind.upper)):
                 if limit is not None:
                     limits[end] = say.limit_words(limit, result.record["question"]["limits"]).label
         yield WindowRow(
-            label=about["label"],
-            low=low if has_window else None,
-            high=high if has_window else None,
-            pretension=pretension if has_window else None,
+            label=side.label,
+            low=lows[place],
+            high=highs[place],
+            pretension=pretensions[place] if has_window else None,
             fresh=None if fresh is None or fresh[0] is None else (fresh[0], fresh[1]),
             limits=(limits[0], limits[1]),
         )
@@ -440,7 +435,6 @@ def write_comparison(comparison: Comparison, out: FileName, *, overwrite: bool =
     from tendon_cli.figures.side_by_side import maps_on_one_scale
     from tendon_cli.reports.text_page import Picture, write_text_page
 
-    compared = comparison.compared
     pictures = []
     try:
         pictures.append(Picture("On one scale", _picture_of_comparison(comparison, "").png()))
@@ -449,17 +443,22 @@ def write_comparison(comparison: Comparison, out: FileName, *, overwrite: bool =
     answers = [result for result in comparison.results if not isinstance(result, Run)]
     cubes = [choices_of(TableInMemory(one.table("choices")), one.study) for one in answers]
     pages = maps_on_one_scale(cubes, [one.record for one in answers])
-    for result, page in zip(compared["results"], pages, strict=False):
+    for side, page in zip(comparison.sides, pages, strict=False):
         if page is not None:
-            pictures.append(Picture(f"{result['label']}: map of the choices", page.png()))
-    title = comparison.short.splitlines()[0]
-    subtitle = " ".join(verdict_words(compared))
+            pictures.append(Picture(f"{side.label}: map of the choices", page.png()))
+    subtitle = " ".join(verdict_words(comparison.pairs))
     joint = say.joint_name(comparison.results[0].record)
     blocks = comparison.blocks
     headings = [place for place, block in enumerate(blocks) if "heading" in block]
     after_title = blocks[headings[1] :]  # title and subtitle of the page say what is before
     return write_text_page(
-        result_path(out), title, subtitle, after_title, pictures, joint, overwrite=overwrite
+        result_path(out),
+        comparison.title,
+        subtitle,
+        after_title,
+        pictures,
+        joint,
+        overwrite=overwrite,
     )
 
 

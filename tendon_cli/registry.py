@@ -105,17 +105,11 @@ class TaskKind(NamedTuple):
 
     It takes the result and the number of faults to list, and returns a `CheckResult`.
     """
-    check_since: str = ""
-    """Function that finds what changed since a baseline, for `tendon check --baseline`.
-
-    It takes both results, the tolerance, the keys in which their studies may differ and the number
-    of changes to list, and returns a `CheckResult`.
-    """
     compare: str = ""
-    """Function that compares results with the first of them, for `tendon compare`.
+    """Function that compares a result with another one, for `tendon compare` and `check`.
 
-    It takes the results, a label for each, and the row of a choice or None; it returns a
-    `ComparisonRecord`.
+    It takes both, the first one first, a label for each, the keys in which their studies differ,
+    and the row of a choice or None; it returns a `Compared`.
     """
     export: str = ""
     """Function that writes a result for another tool, for `tendon export --to`.

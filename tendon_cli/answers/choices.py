@@ -23,7 +23,7 @@ from tendon_cli.engine.task import FinalFile, Note, Task
 from tendon_cli.errors import SizeError
 from tendon_cli.kernel import columns_writer
 from tendon_cli.registry import UNFINISHED
-from tendon_cli.space.axis import Axis
+from tendon_cli.space.axis import PERSON_AXIS, Axis
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import RowTarget
@@ -79,7 +79,7 @@ class Choices(Task):
         parts = -(-len(self.question.choices) // self.length)
         tables = {UNFINISHED: parts, "choices": parts, "conditions": 1}
         if self.persons is not None:
-            tables[f"{self.persons.key}s"] = 1
+            tables[_table_of(self.persons)] = 1
         return tables
 
     @property
@@ -213,7 +213,7 @@ class Choices(Task):
 
     def _persons_file(self, axis: Axis, population: PopulationRecord) -> FinalFile:
         """Return the file of persons or draws under the choice that the record names first."""
-        table = f"{axis.key}s"
+        table = _table_of(axis)
         chosen = self.question.points(np.array([population["choice"]]))
         pretension = np.nan if population["pretension"] is None else population["pretension"]
         windows = GroupWindows.of(self.solver, chosen)
@@ -223,3 +223,8 @@ class Choices(Task):
             self.layout(table, 0),
             columns_writer(rows, (self.rows(table, 0),)),
         )
+
+
+def _table_of(axis: Axis) -> str:
+    """Return the name of the table of persons, or of draws and drawn rows."""
+    return "persons" if axis.key == PERSON_AXIS else "draws"

@@ -20,7 +20,6 @@ DESIGN = TaskKind(
     size="tendon_cli.answers.size.size_of_question",
     draw="tendon_cli.figures.answer_figures.draw_answer",
     check="tendon_cli.checks.check_answer.check_answer",
-    check_since="tendon_cli.checks.check_answer.check_answer_since",
     compare="tendon_cli.checks.compare_answers.compare_answers",
     export="tendon_cli.exports.export.export_answer",
     page="tendon_cli.reports.design_page.design_page",

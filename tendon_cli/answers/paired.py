@@ -8,15 +8,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from tendon_cli.answer_record import ChoiceRecord
+from tendon_cli.answers.people import GroupWindows
 from tendon_cli.model.kinematics import Flags
+from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.studies.study import Study
 from tendon_cli.windows.coverage import normalise
+from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solver import Solver
 from tendon_cli.windows.verification import Verified, Verifier
@@ -53,9 +56,9 @@ class PairedShares:
     """Number of members whom the second alone serves."""
     lost_members: int
     """Number of members whom the first alone serves."""
-    gained_one: UnservedMember | None
+    gained_one: UnservedMember | None = None
     """The member whom the first misses by most of those that the second alone serves."""
-    lost_one: UnservedMember | None
+    lost_one: UnservedMember | None = None
     """The member whom the second misses by most of those that the first alone serves."""
 
 
@@ -65,10 +68,8 @@ class UnservedMember:
 
     numbers: dict[str, float]
     """Numbers of the member by key, SI."""
-    low: float
-    """Smallest pretension of the other suit that serves the member, N; NaN if none does."""
-    high: float
-    """Largest one, N; infinite if nothing bounds it."""
+    limit: str
+    """Name of the limit by which the other suit does not serve the member."""
 
 
 def paired_shares(
@@ -94,13 +95,19 @@ def paired_shares(
     if reason is not None:
         return reason
     pretensions = [float(choice["pretension"] or 0.0) for choice in choices]
-    before, now = (
-        judge.judge_at(question.points(np.array([choice["choice"]])), pretension)
-        for judge, question, choice, pretension in zip(
-            (first, second), questions, choices, pretensions, strict=True
-        )
+    points = [
+        question.points(np.array([choice["choice"]]))
+        for question, choice in zip(questions, choices, strict=True)
+    ]
+    before = first.judge_at(points[0], pretensions[0])
+    now = second.judge_at(points[1], pretensions[1])
+    is_gained = now.is_served & ~before.is_served
+    is_lost = before.is_served & ~now.is_served
+    return replace(
+        _shares(before, now, is_gained, is_lost),
+        gained_one=_farthest(first, points[0], before, is_gained, pretensions[0]),
+        lost_one=_farthest(second, points[1], now, is_lost, pretensions[1]),
     )
-    return _shares(before, now, pretensions)
 
 
 def _why_other_sample(first: Study, second: Study) -> str | None:
@@ -128,19 +135,18 @@ def why_other_draws(first: Study, second: Study) -> str | None:
     return None
 
 
-def _shares(before: Verified, now: Verified, pretensions: Sequence[float]) -> PairedShares:
+def _shares(before: Verified, now: Verified, is_gained: Flags, is_lost: Flags) -> PairedShares:
     """Return the shares of two suits among the same members, and the interval between them.
 
     Args:
         before: Judgement on the first suit.
         now: Judgement on the second.
-        pretensions: Pretension of each, N.
+        is_gained: True for the members whom the second alone serves, (members,).
+        is_lost: True for those whom the first alone serves.
     """
     sample = before.sample
     strata = sample.strata
     weights = normalise(sample.weighting)
-    is_gained = now.is_served & ~before.is_served
-    is_lost = before.is_served & ~now.is_served
     gained = float(weights @ is_gained)
     lost = float(weights @ is_lost)
     size = np.bincount(strata)
@@ -159,16 +165,18 @@ def _shares(before: Verified, now: Verified, pretensions: Sequence[float]) -> Pa
         kind="persons" if sample.draws_persons else "draws",
         gained_members=int(is_gained.sum()),
         lost_members=int(is_lost.sum()),
-        gained_one=_farthest(before, is_gained, pretensions[0]),
-        lost_one=_farthest(now, is_lost, pretensions[1]),
     )
 
 
-def _farthest(judged: Verified, is_meant: Flags, pretension: float) -> UnservedMember | None:
+def _farthest(
+    judge: Verifier, choice: Points, judged: Verified, is_meant: Flags, pretension: float
+) -> UnservedMember | None:
     """Return the member, of some that are not served, whose window lies farthest from a pretension.
 
     Args:
-        judged: Judgement on the suit that does not serve them.
+        judge: Judge of the suit that does not serve them.
+        choice: The suit.
+        judged: Judgement on it.
         is_meant: True for these members, (members,).
         pretension: Pretension of the suit, N.
     """
@@ -178,11 +186,16 @@ def _farthest(judged: Verified, is_meant: Flags, pretension: float) -> UnservedM
     missing = np.fmax(low - pretension, pretension - high)  # (members,), N
     missing = np.where(np.isnan(missing), np.inf, missing)
     member = int(np.argmax(np.where(is_meant, missing, -np.inf)))
+    question = judge.solver.question
+    of_member = question.within_groups(question.groups.conditions_of(np.array([member])))
+    placement = replace(question.placement, given=pretension)
+    solver = judge.solver.for_question(replace(of_member, placement=placement))
+    windows = GroupWindows.of(solver, choice)
+    is_low = np.isnan(windows.low[0]) or windows.low[0] > pretension
+    code = (windows.low_by if is_low else windows.high_by)[0]
     numbers = judged.sample.axis.numbers
     return UnservedMember(
-        {key: float(values[member]) for key, values in numbers.items()},
-        float(low[member]),
-        float(high[member]),
+        {key: float(values[member]) for key, values in numbers.items()}, LIMIT_NAMES[code]
     )
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.checks.breaches import Breach, breaches_in, columns_of
+from tendon_cli.checks.check_since import TOLERANCE, check_since
 from tendon_cli.checks.check_text import (
     NEGATIVE,
     NO_EQUILIBRIUM,
@@ -21,11 +22,9 @@ from tendon_cli.checks.check_text import (
     finite,
     verdict_text,
 )
-from tendon_cli.checks.compare import TOLERANCE
 from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.engine.plan import Plan
-from tendon_cli.engine.results import AnyResult, Result, Run, folder_of, open_result
-from tendon_cli.errors import InputError, UsageError
+from tendon_cli.engine.results import AnyResult, Run, folder_of, open_result
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.motor import motor_rates
@@ -71,8 +70,7 @@ def check(
     """
     result = open_result(folder_of(run))
     if baseline is not None:
-        other = open_result(folder_of(baseline))
-        return _check_since(result, other, tolerance, tuple(apart), worst)
+        return check_since(open_result(folder_of(baseline)), result, tolerance, apart, worst)
     if not result.kind.check:
         text = f"{result.record['name']}: every file is as it was written"
         record = {"holds": True}
@@ -80,25 +78,6 @@ def check(
             text=text, record=record, verdict="files as they were written", holds=True
         )
     checked: CheckResult = load(result.kind.check)(result, worst)
-    return checked
-
-
-def _check_since(
-    result: Result, baseline: Result, tolerance: float, apart: tuple[str, ...], worst: int
-) -> CheckResult:
-    """Find what changed since a baseline of the same kind, as `check` says.
-
-    Raises:
-        InputError: The baseline is of another kind.
-        UsageError: Results of this kind have no such check.
-    """
-    kind = result.kind
-    if baseline.kind.verb != kind.verb:
-        problem = f"holds {baseline.kind.noun}, expected {kind.noun} as baseline"
-        raise InputError(problem, where=str(baseline.folder))
-    if not kind.check_since:
-        raise UsageError(f"{kind.noun} has no check against a baseline")
-    checked: CheckResult = load(kind.check_since)(result, baseline, tolerance, apart, worst)
     return checked
 
 

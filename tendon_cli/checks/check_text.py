@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from tendon_cli import say
 from tendon_cli.checks.markdown import escaped
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel, number
@@ -46,7 +45,7 @@ def finite(value: Any) -> Any:
         return finite_or_none(value)
     if isinstance(value, Mapping):
         return {name: finite(item) for name, item in value.items()}
-    if isinstance(value, list):
+    if isinstance(value, list | tuple):
         return [finite(item) for item in value]
     return value
 
@@ -79,7 +78,7 @@ def _breach_text(breach: Record, cube: Cube) -> str:
     text = f"design {design}{place}: {_excess_text(breach)}"
     if breach["direction"] is not None:
         angle = number(math.degrees(breach["elbow_angle"]))
-        moment = "" if breach["time"] is None else f" at {_shown('time', breach['time'])},"
+        moment = "" if breach["time"] is None else f" at {shown('time', breach['time'])},"
         text += f"; worst{moment} in {breach['direction']} at {angle} deg"
     return text
 
@@ -90,11 +89,11 @@ def _excess_text(breach: Record) -> str:
     if limit == NO_EQUILIBRIUM:
         return "has a state without equilibrium"
     if limit == SLACK:
-        missing = _shown("margin", -breach["value"])
+        missing = shown("margin", -breach["value"])
         return f"goes slack, {missing} short of the pretension that it needs"
     column = LIMITS[limit].column
-    value = _shown(column, breach["value"])
-    bound = _shown(column, breach["bound"])
+    value = shown(column, breach["value"])
+    bound = shown(column, breach["bound"])
     side = "below" if limit.startswith("min_") else "above"
     text = f"has {column} {value}, {side} {bound}"
     if breach["bound"]:
@@ -102,63 +101,11 @@ def _excess_text(breach: Record) -> str:
     return text
 
 
-def _shown(column: str, value: float) -> str:
+def shown(column: str, value: float) -> str:
     """Write a value of a column in the unit that people read."""
     if column not in QUANTITIES:
         return number(value)
     return ColumnLabel.of(column, QUANTITIES[column]).text(value)
-
-
-def comparison_text(record: Record, cube: Cube, names: tuple[str, str]) -> str:
-    """Say what was compared, what could not be, and what changed, the worst first."""
-    head = "nothing changed" if record["holds"] else "changed"
-    tables = [
-        f"{counted(columns, 'column')} of {counted(record[table], table[:-1])}"
-        for table, columns in record["columns"].items()
-    ]
-    compared = " and ".join(tables)
-    if "states" not in record["columns"]:
-        compared += "; no states, because only one run keeps them"
-    lines = [f"{names[0]}: {head} since {names[1]}", f"  compared: {compared}"]
-    if record["within"] is not None:
-        largest = _change_text(record["within"], cube)
-        lines.append(f"  within the tolerance, the largest difference: {largest}")
-    lines += [f"  not compared, because it may differ: {text}" for text in record["excepted"]]
-    lines += [f"  not compared: {text}" for text in record["missing"]]
-    lines += [f"  {_change_text(change, cube)}" for change in record["changes"]]
-    if record["flipped"]:
-        flipped = counted(record["flipped"], "design")
-        lines.append(f"feasible in one run only: {flipped}, the worst first")
-        lines += [f"  {_flip_text(flip, cube)}" for flip in record["flips"]]
-    return "\n".join(lines)
-
-
-def _change_text(change: Record, cube: Cube) -> str:
-    """Say in how many rows a column differs, and where most."""
-    rows = counted(change["rows"], "row")
-    head = f"{change['table']}.{change['column']}: {rows}"
-    place = place_text(change["where"], cube)
-    difference = change["difference"]
-    if difference is None:
-        return f"{head}, first at {place}"
-    amount = f"most by {_shown(change['column'], difference)}"
-    if math.isinf(difference):
-        amount = "null in one run only, first"
-    if not math.isinf(change["share"]):
-        amount += f" ({100.0 * change['share']:.3g} % of its scale)"
-    return f"{head}, {amount} at {place}"
-
-
-def _flip_text(flip: Record, cube: Cube) -> str:
-    """Say that a design has become feasible, or no longer is."""
-    text = "feasible now, was not before" if flip["now"] else "no longer feasible"
-    if flip["limits"]:
-        text += f" ({say.join_words(flip['limits'])})"
-    before = flip["margin_before"]
-    now = flip["margin_now"]
-    if before is not None and now is not None:
-        text += f"; margin {_shown('margin', before)}, now {_shown('margin', now)}"
-    return f"{place_text(flip['where'], cube)}: {text}"
 
 
 def place_text(where: Record, cube: Cube) -> str:

@@ -1,45 +1,38 @@
-"""Comparison of runs, on the designs that both have: margins with their sign, limits by name."""
+"""Comparison of two runs, on the designs and states that both have."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.checks.check_text import NO_EQUILIBRIUM, SLACK, place_text
-from tendon_cli.checks.compare import TablePair
-from tendon_cli.checks.compare_answers import any_value, judge
+from tendon_cli.checks.check_text import place_text
 from tendon_cli.checks.comparison_record import (
-    BesideFirst,
-    BrokenRecord,
+    Compared,
     ComparedResult,
-    ComparisonRecord,
     Judgement,
-    MarginRecord,
-    MoveRecord,
-    QuantityRecord,
+    Move,
+    Number,
+    Unserved,
 )
-from tendon_cli.checks.study_differences import study_differences
+from tendon_cli.checks.table_pair import FLAGS, TablePair, difference
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.engine.results import Run
 from tendon_cli.errors import UsageError
-from tendon_cli.model.kinematics import Array
-from tendon_cli.quantities import (
-    OF_CYCLES,
-    OF_DESIGNS,
-    OF_TRAJECTORIES,
-    QUANTITIES,
-    unit_of_reading,
-)
+from tendon_cli.model.kinematics import Array, Flags
+from tendon_cli.quantities import QUANTITIES, unit_of_reading
+from tendon_cli.studies.study_differences import Difference
 from tendon_cli.tables.read import TableInMemory
 from tendon_cli.tables.schema import finite_or_none
 
-_MOST_NAMES = 5
-"""Most designs that are named."""
-_ROUNDING = 1e-9
-"""Share of the largest margin by which margins may differ by rounding."""
+ROUNDING = 1e-9
+"""Share of a number by which two numbers may differ by rounding."""
+MOST_NAMES = 5
+"""Most persons, draws or designs that are named."""
 _BETTER = {
     "margin": 1,
     "required_pretension": -1,
@@ -53,21 +46,41 @@ _BETTER = {
 _NEUTRAL = ("peak_elbow_torque",)
 """Columns that follow from the task, not from the suit."""
 _BY_PREFIX = {"min_": 1, "max_": -1, "peak_": -1}
-_LIMIT_WORDS = {
-    SLACK: "a tendon goes slack",
-    NO_EQUILIBRIUM: "a state has no equilibrium",
-}
-"""Words for what counts as a limit and is none of the study."""
+
+
+class Judged(NamedTuple):
+    """Both values of a column, and the judgement on the second."""
+
+    a: float | None
+    b: float | None
+    verdict: Judgement | None
+
+
+def judge(better: int, before: float, now: float) -> Judgement:
+    """Judge a number beside another one, apart from rounding.
+
+    Args:
+        better: 1 if more is better, -1 if less is.
+        before: Number of the first result.
+        now: Number of the second.
+    """
+    if before == now or math.isclose(before, now, rel_tol=ROUNDING):
+        return "no difference"
+    return "better" if (now > before) == (better > 0) else "worse"
 
 
 def compare_runs(
-    runs: Sequence[Run], labels: Sequence[str], choice: int | None
-) -> ComparisonRecord:
-    """Return the comparison of runs with the first of them.
+    runs: tuple[Run, Run],
+    labels: tuple[str, str],
+    differences: list[Difference],
+    choice: int | None,
+) -> Compared:
+    """Compare a run with the first one.
 
     Args:
         runs: The runs.
         labels: Name of each for texts.
+        differences: Keys in which their studies differ.
         choice: Row of a choice; runs have none.
 
     Raises:
@@ -77,102 +90,112 @@ def compare_runs(
     if choice is not None:
         hint = "`tendon design` answers for choices"
         raise UsageError("runs have no choices to compare", where="--choice", hint=hint)
-    cubes = [_designs(run) for run in runs]
-    notes: list[str] = []
-    pairs = [
-        _pair(cubes[0], cube, notes, label)
-        for cube, label in zip(cubes[1:], labels[1:], strict=True)
-    ]
-    return {
-        "results": [_result(run, label) for run, label in zip(runs, labels, strict=True)],
-        "differences": study_differences(
-            [run.study for run in runs], [run.record["versions"].get("tendon", "") for run in runs]
-        ),
-        "quantities": _quantities(cubes, pairs),
-        "binds": [None] * len(runs),
-        "beside": [_beside(pair) for pair in pairs],
-        "notes": notes,
-    }
-
-
-def _designs(run: Run) -> Cube:
-    """Return the designs of a run, in its folder or in memory."""
-    if run.folder is None:
-        return cube_of(TableInMemory(run.table("designs")), run.study)
-    return cube_of(run.kept("designs"), run.study)
-
-
-def _pair(first: Cube, other: Cube, notes: list[str], label: str) -> TablePair | None:
-    """Match the designs of a run with those of the first; None, and a note, without any."""
+    first, second = (_side(run, label) for run, label in zip(runs, labels, strict=True))
     try:
-        pair = TablePair.of(other, first)
+        pair = pair_of_designs(runs)
     except UsageError as error:
-        notes.append(f"{label}: the runs share no design, because {error.message}.")
-        return None
-    common = int(np.prod(pair.shape))
-    sizes = (first.table.rows if first.table else 0, other.table.rows if other.table else 0)
-    if sizes != (common, common):
-        in_first = say.counted(sizes[0], "design")
-        notes.append(
-            f"{label}: {say.counted(common, 'design')} in both, out of {in_first} of the first and "
-            f"{sizes[1]:,} of {label}; only these are compared."
+        if error.hint and "[output]" in error.hint:
+            raise
+        note = f"{second.label}: the runs share no design, because {error.message}."
+        return Compared(first, second, differences, [], left_out={"": note}, notes=[note])
+    pairs = [pair]
+    left_out = dict(pair.left_out)
+    has_states = ["states" in run.record["study"]["output"]["tables"] for run in runs]
+    if all(has_states):
+        pairs.append(TablePair.of(*(_cube(run, "states") for run in runs)))
+        left_out |= pairs[1].left_out
+    elif any(has_states):
+        owner = "the first" if has_states[0] else "the second"
+        left_out["states"] = f"states: a table in {owner} only"
+    counts = []
+    for each in pairs:
+        left_out |= dict(each.columns_of_one)
+        noun = each.first.kind.removesuffix("s")
+        counts.append(
+            f"{say.counted(len(each.columns), 'column')} of {say.counted(each.rows, noun)}"
         )
-    return pair
+    breaking = pair.breaking()
+    feasible = pair.both("feasible")
+    return Compared(
+        first,
+        second,
+        differences,
+        [number for each in pairs for number in _numbers(each)],
+        gained=_move(pair, feasible[1] > feasible[0], breaking[0]),
+        lost=_move(pair, feasible[0] > feasible[1], breaking[1]),
+        compared=" and ".join(counts),
+        left_out=left_out,
+        notes=[*_notes(pair, labels[1])],
+    )
 
 
-def margins_of(first: Run, other: Run) -> tuple[Array, Array]:
-    """Return the margins of the designs in two runs, (designs,) each, N: the first's, the other's.
-
-    Raises:
-        UsageError: The runs have no design in common.
-    """
-    now, before = TablePair.of(_designs(other), _designs(first)).both("margin")
-    return before, now
+def _cube(run: Run, table: str) -> Cube:
+    """Return a table of a run, in its folder or in memory."""
+    if run.folder is None:
+        return cube_of(TableInMemory(run.table(table)), run.study)
+    return cube_of(run.kept(table), run.study)
 
 
-def _result(run: Run, label: str) -> ComparedResult:
+def pair_of_designs(runs: tuple[Run, Run]) -> TablePair:
+    """Match the designs of two runs; raises UsageError if they have none in common."""
+    return TablePair.of(*(_cube(run, "designs") for run in runs))
+
+
+def _side(run: Run, label: str) -> ComparedResult:
     """Return name, folder and summary of a run."""
     record = run.record
     feasible = say.share(record["feasible"], record["designs"], "design")
     slack = say.share(record["slack"], record["states"], "state")
-    return {
-        "label": label,
-        "folder": None if run.folder is None else str(run.folder),
-        "name": record["name"],
-        "title": record["title"],
-        "verb": record["verb"],
-        "choice": "",
-        "study_hash": record["study_hash"],
-        "sentence": f"{feasible} feasible: taut, stable and within every limit; {slack} slack.",
-        "unit": unit_of_reading(run.study.setting.read),
-    }
+    return ComparedResult(
+        label=label,
+        folder=None if run.folder is None else str(run.folder),
+        name=record["name"],
+        title=record["title"],
+        verb=record["verb"],
+        study_hash=record["study_hash"],
+        sentence=f"{feasible} feasible: taut, stable and within every limit; {slack} slack.",
+        unit=unit_of_reading(run.study.setting.read),
+    )
 
 
-# --- Quantities -----------------------------------------------------------------------------------
+def _notes(pair: TablePair, label: str) -> Iterator[str]:
+    """Say how many designs are compared, if not all of both."""
+    sizes = [0 if cube.table is None else cube.table.rows for cube in (pair.first, pair.second)]
+    if sizes != [pair.rows, pair.rows]:
+        yield (
+            f"{label}: {say.counted(pair.rows, 'design')} in both, out of "
+            f"{say.counted(sizes[0], 'design')} of the first and {sizes[1]:,} of {label}; only "
+            "these are compared."
+        )
 
 
-def _quantities(cubes: Sequence[Cube], pairs: Sequence[TablePair | None]) -> list[QuantityRecord]:
-    """Return the worst value of each column over the designs that a run shares with the first.
+# --- Columns --------------------------------------------------------------------------------------
 
-    Where none are shared it is over all designs.
-    """
-    columns = (*OF_DESIGNS, *OF_CYCLES, *OF_TRAJECTORIES)
-    names = [name for name in columns if better_of(name) and name in cubes[0].columns]
-    quantities = [_feasible(cubes, pairs)]
-    for name in ("margin", *(name for name in names if name != "margin")):
-        values = [_worst(name, columns) for columns in _both(name, cubes, pairs)]
-        quantity: QuantityRecord = {
-            "name": name,
-            "label": _label(name),
-            "unit": QUANTITIES[name].unit,
-            "values": values,
-            "spans": [None] * len(cubes),
-            "verdicts": [None, *(_judge(name, values[0], value) for value in values[1:])],
-            "intervals": [None] * len(cubes),
-        }
-        if any_value(quantity):
-            quantities.append(quantity)
-    return quantities
+
+def _numbers(pair: TablePair) -> Iterator[Number]:
+    """Yield every column that both tables have, the margin first."""
+    for name in sorted(pair.columns, key=lambda name: (name != "feasible", name != "margin")):
+        first, second = pair.both(name)
+        is_flag = name in FLAGS
+        size = difference(first, second, is_flag=is_flag)
+        row = int(np.argmax(size))
+        most = float(size[row])
+        change = math.inf if is_flag and most else most
+        if most and not is_flag:
+            change = most / (max(_largest(first), _largest(second)) or 1.0)
+        values = _judged(name, pair, first, second, row)
+        yield Number(
+            name,
+            _label(name),
+            "1" if is_flag else QUANTITIES[name].unit,
+            *values,
+            table=pair.first.kind,
+            change=change,
+            most=None if is_flag else most,
+            rows=int((size > 0.0).sum()),
+            where=pair.where(row) if most else {},
+            at=place_text(pair.where(row), pair.first) if most else "",
+        )
 
 
 def better_of(name: str) -> int:
@@ -187,162 +210,73 @@ def better_of(name: str) -> int:
 
 def _label(name: str) -> str:
     """Say the worst value of a column in words."""
+    if name == "feasible":
+        return "feasible designs"
     words = say.column(name)
     if words.startswith(("min ", "max ", "peak ")):
         extreme = "least" if words.startswith("min ") else "largest"
         return f"{extreme} {words.partition(' ')[2]}"
+    if not better_of(name):
+        return words
     return f"least {words}" if better_of(name) > 0 else f"largest {words}"
 
 
-def _both(name: str, cubes: Sequence[Cube], pairs: Sequence[TablePair | None]) -> list[ColumnArray]:
-    """Return a column of every run, on the designs that it shares with the first.
-
-    The first run has those that it shares with the second.
-    """
-    columns: list[ColumnArray] = []
-    for place, cube in enumerate(cubes):
-        pair = pairs[max(place - 1, 0)]
-        has_column = name in cube.columns
-        if not has_column:
-            columns.append(np.array([np.nan]))
-        elif pair is None:
-            rows = np.arange(cube.table.rows if cube.table else 0)
-            columns.append(cube.gather(rows, [name])[name])
-        else:
-            owner, axes = (pair.here, pair.at_here) if place else (pair.there, pair.at_there)
-            order = [axis.column for axis in pair.axes]
-            columns.append(owner.gather(owner.rows(order, axes), [name])[name].ravel())
-    return columns
+def _judged(
+    name: str, pair: TablePair, first: ColumnArray, second: ColumnArray, row: int
+) -> Judged:
+    """Return the values of a column: shares of flags, the worst, or those that differ most."""
+    if name == "status":
+        return Judged(None, None, None)
+    if name in FLAGS:
+        shares = (float(np.mean(first)), float(np.mean(second)))
+        return Judged(*shares, judge(1, *shares) if name == "feasible" else None)
+    better = better_of(name)
+    if not better or pair.first.kind != "designs":
+        return Judged(finite_or_none(float(first[row])), finite_or_none(float(second[row])), None)
+    a, b = (_worst(name, values) for values in (first, second))
+    verdict = None if a is None or b is None else judge(better, a, b)
+    return Judged(a, b, verdict)
 
 
-def _worst(name: str, values: ColumnArray) -> float | None:
+def _worst(name: str, values: Array) -> float | None:
     """Return the worst value of a column; None if no design has one."""
-    numbers = np.asarray(values, dtype=np.float64)
-    if name.startswith("peak_"):
-        numbers = np.abs(numbers)
-    known = numbers[~np.isnan(numbers)]
+    magnitudes = np.abs(values) if name.startswith("peak_") else values
+    known = magnitudes[~np.isnan(magnitudes)]
     if not known.size:
         return None
-    worst = known.min() if better_of(name) > 0 else known.max()
-    return finite_or_none(float(worst))
+    return finite_or_none(float(known.min() if better_of(name) > 0 else known.max()))
 
 
-def _judge(name: str, before: float | None, now: float | None) -> Judgement | None:
-    """Judge the worst value of a column beside that of the first run."""
-    if before is None or now is None:
-        return None
-    return judge(better_of(name), before, now)
-
-
-def _feasible(cubes: Sequence[Cube], pairs: Sequence[TablePair | None]) -> QuantityRecord:
-    """Return the share of designs that are feasible."""
-    shares = [float(np.mean(values)) for values in _both("feasible", cubes, pairs)]
-    return {
-        "name": "feasible",
-        "label": "feasible designs",
-        "unit": "1",
-        "values": [*shares],
-        "spans": [None] * len(shares),
-        "verdicts": [None, *(judge(1, shares[0], share) for share in shares[1:])],
-        "intervals": [None] * len(shares),
-    }
+def _largest(values: Array) -> float:
+    """Return the largest magnitude in a column; 0 if nothing in it is finite."""
+    return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
 
 
 # --- Design by design -----------------------------------------------------------------------------
 
 
-def _beside(pair: TablePair | None) -> BesideFirst:
-    """Return which designs are gained and lost, how margins moved, and which limits are broken."""
-    if pair is None:
-        return {
-            "gained": None,
-            "lost": None,
-            "why_gained": [],
-            "why_lost": [],
-            "paired": False,
-            "margins": None,
-            "broken": [],
-        }
-    flips = pair.flips()
-    designs = int(np.prod(pair.shape))
-    moves: list[MoveRecord] = []
-    for is_gained in (True, False):
-        found = [flip["where"] for flip in flips if flip["now"] is is_gained]
-        moves.append(
-            {
-                "kind": "designs",
-                "count": len(found),
-                "of": designs,
-                "share": len(found) / designs,
-                "names": [place_text(where, pair.here) for where in found[:_MOST_NAMES]],
-                "named": len(found),
-                "named_kind": "designs",
-                "named_of": designs,
-            }
-        )
-    return {
-        "gained": moves[0],
-        "lost": moves[1],
-        "why_gained": [],
-        "why_lost": [],
-        "paired": False,
-        "margins": _margins(pair),
-        "broken": _broken(pair),
-    }
+def _move(pair: TablePair, is_moved: Flags, breaking: dict[str, set[int]]) -> Move:
+    """Return the designs that only one of the runs has feasible.
 
-
-def _margins(pair: TablePair) -> MarginRecord:
-    """Return how the margins of the designs in both runs moved."""
-    now, before = pair.both("margin")
-    moved = np.asarray(now - before, dtype=np.float64)
-    known = np.isfinite(moved)
-    scale = max(_largest(now), _largest(before))
-    moved = np.where(known, moved, 0.0)
-    least = _ROUNDING * scale
-    largest = int(np.argmax(moved))
-    smallest = int(np.argmin(moved))
-    has_rise = bool(moved[largest] > least)
-    has_fall = bool(moved[smallest] < -least)
-    return {
-        "designs": int(known.sum()),
-        "rose": int((moved > least).sum()),
-        "fell": int((moved < -least).sum()),
-        "median": float(np.median(moved[known])) if known.any() else None,
-        "largest_rise": float(moved[largest]) if has_rise else None,
-        "rise_at": place_text(pair.where(largest), pair.here) if has_rise else "",
-        "largest_fall": float(moved[smallest]) if has_fall else None,
-        "fall_at": place_text(pair.where(smallest), pair.here) if has_fall else "",
-    }
-
-
-def _largest(values: Array) -> float:
-    """Return the largest magnitude; 0 if nothing is finite."""
-    return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
-
-
-def _broken(pair: TablePair) -> list[BrokenRecord]:
-    """List the limits that designs in both runs break, those newly broken first."""
-    now, before = pair.breaking()
-    records: list[BrokenRecord] = []
-    limits = {**pair.there.limits, **pair.here.limits}
-    for limit in dict.fromkeys((*now, *before)):
-        newly = sorted(now[limit] - before[limit])
-        records.append(
-            {
-                "limit": limit,
-                "label": _limit_label(limit, limits),
-                "before": len(before[limit]),
-                "now": len(now[limit]),
-                "newly": len(newly),
-                "no_longer": len(before[limit] - now[limit]),
-                "first": [place_text(pair.where(row), pair.here) for row in newly[:_MOST_NAMES]],
-            }
-        )
-    return sorted(records, key=lambda record: -record["newly"])
-
-
-def _limit_label(limit: str, limits: Mapping[str, float | None]) -> str:
-    """Say what happens if a limit is broken."""
-    if limit in _LIMIT_WORDS:
-        return _LIMIT_WORDS[limit]
-    return say.limit_words(limit, limits).broken
+    Args:
+        pair: Designs of both.
+        is_moved: True for these designs.
+        breaking: Designs of the other run that break each limit.
+    """
+    rows = np.flatnonzero(is_moved).tolist()
+    names = {row: place_text(pair.where(row), pair.first) for row in rows[:MOST_NAMES]}
+    why = []
+    for row, name in names.items():
+        broken = [limit for limit, broken_by in breaking.items() if row in broken_by]
+        why.append(Unserved(name, ", ".join(broken)))
+    return Move(
+        kind="designs",
+        count=len(rows),
+        of=pair.rows,
+        share=len(rows) / pair.rows,
+        names=[*names.values()],
+        named=len(rows),
+        named_kind="designs",
+        named_of=pair.rows,
+        why=why,
+    )

@@ -1,4 +1,4 @@
-"""Two or more results side by side: what differs, better or worse, gained and lost."""
+"""Results side by side: what differs, better or worse, gained and lost."""
 
 from __future__ import annotations
 
@@ -9,21 +9,23 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from tendon_cli import say
-from tendon_cli.checks.comparison_record import ComparisonRecord, as_json
-from tendon_cli.checks.comparison_text import (
-    comparison_blocks,
-    comparison_markdown,
-    comparison_text,
-    verdict_words,
-)
+from tendon_cli.checks.comparison_record import Compared, ComparedResult, Value
+from tendon_cli.checks.comparison_text import comparison_blocks, comparison_markdown, verdict_words
 from tendon_cli.display import Displayed
 from tendon_cli.engine.results import AnyResult, Result, open_result
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import result_path
 from tendon_cli.registry import load
 from tendon_cli.say import Block
+from tendon_cli.studies.study_differences import (
+    CHANGES_NOTHING,
+    Difference,
+    study_differences,
+)
 from tendon_cli.units import shorten
 
+VERSION = "version"
+"""Key under which the versions of tendon that wrote two results differ."""
 _LONGEST_LABEL = 16
 """Most characters of the label of a result."""
 
@@ -34,42 +36,59 @@ class Comparison(Displayed):
 
     results: tuple[Result, ...]
     """The results, of one kind."""
-    compared: ComparisonRecord
-    """The comparison of all of them."""
+    pairs: tuple[Compared, ...]
+    """Each later result beside the first."""
 
     drawn_by: ClassVar[str] = "tendon_cli.face.page_of_comparison"
 
     @property
+    def sides(self) -> list[ComparedResult]:
+        """The results as the comparison names them, the first one first."""
+        return [self.pairs[0].a, *(pair.b for pair in self.pairs)]
+
+    def values(self, name: str) -> list[Value]:
+        """Return the value of a quantity of every result; None for one without it."""
+        numbers = [pair.number(name) for pair in self.pairs]
+        first = numbers[0]
+        later = [None if number is None else number.b for number in numbers]
+        return [None if first is None else first.a, *later]
+
+    @property
     def record(self) -> dict[str, Any]:
-        """The comparison as `tendon compare --json` prints it."""
-        return as_json(self.compared)
+        """The comparison as `tendon compare --json` prints it: of several pairs, a list of them."""
+        records = [pair.record() for pair in self.pairs]
+        return records[0] if len(records) == 1 else {"comparisons": records}
 
     @property
     def blocks(self) -> list[Block]:
         """The comparison in words, as headings, items, tables and notes."""
-        return comparison_blocks(self.compared)
+        return comparison_blocks(self.pairs)
 
     @property
     def text(self) -> str:
         """The whole comparison in 80 columns."""
-        return comparison_text(self.compared, self._joint)
+        return say.as_text(self.blocks, self._joint)
+
+    @property
+    def title(self) -> str:
+        """The labels of the results in a line."""
+        labels = [side.label for side in self.sides]
+        return f"{say.join_words(labels[1:])} compared with {labels[0]}"
 
     @property
     def short(self) -> str:
         """In what each later result is better or worse than the first."""
-        labels = [result["label"] for result in self.compared["results"]]
-        lines = [f"{say.join_words(labels[1:])} compared with {labels[0]}"]
-        for words in verdict_words(self.compared):
+        lines = [self.title]
+        for words in verdict_words(self.pairs):
             lines += say.wrap(say.name_joint(words, self._joint), "  ")
-        keys = [difference["key"] for difference in self.compared["differences"]]
-        differs = say.join_words(keys) or "nothing"
-        lines += say.wrap(f"the studies differ in {differs}", "  ")
+        found = dict.fromkeys(found.key for pair in self.pairs for found in pair.differences)
+        lines += say.wrap(f"the studies differ in {say.join_words([*found]) or 'nothing'}", "  ")
         return "\n".join(lines)
 
     @property
     def markdown(self) -> str:
         """The whole comparison in Markdown, for a comment in a pull request."""
-        return comparison_markdown(self.compared, self._joint)
+        return comparison_markdown(self.blocks, self._joint)
 
     @property
     def _joint(self) -> str:
@@ -103,20 +122,46 @@ def compare_results(first: AnyResult, *others: AnyResult, choice: int | None = N
     if not others:
         raise UsageError("nothing to compare with, expected two results or more")
     results = [_opened(result) for result in (first, *others)]
-    kinds = {result.kind.verb: result.kind for result in results}
-    if len(kinds) > 1:
-        first_kind, other = list(kinds.values())[:2]
-        odd = next(result for result in results if result.kind.verb == other.verb)
+    labels = labels_of(results)
+    pairs = [
+        compared(results[0], other, (labels[0], label), choice)
+        for other, label in zip(results[1:], labels[1:], strict=True)
+    ]
+    return Comparison(tuple(results), tuple(pairs))
+
+
+def compared(
+    first: Result, second: Result, labels: tuple[str, str], choice: int | None = None
+) -> Compared:
+    """Compare a result with the first one.
+
+    Args:
+        first: The reference.
+        second: The result that is compared with it, of the same kind.
+        labels: Name of each for texts.
+        choice: Row of a choice of the first answer; None for those that the answers name first.
+
+    Raises:
+        InputError: The results are of two kinds, or damaged.
+        UsageError: An answer has no such choice.
+    """
+    if first.kind.verb != second.kind.verb:
         raise InputError(
-            f"holds {other.noun}, which cannot be compared with {first_kind.noun}",
-            where=str(odd.folder or odd.record["name"]),
-            hint=f"`tendon {first_kind.verb}` on its study gives one that can",
+            f"holds {second.kind.noun}, which cannot be compared with {first.kind.noun}",
+            where=str(second.folder or second.record["name"]),
+            hint=f"`tendon {first.kind.verb}` on its study gives one that can",
         )
-    (kind,) = kinds.values()
-    if not kind.compare:
-        raise UsageError(f"{kind.noun} cannot be compared")
-    compared = load(kind.compare)(results, labels_of(results), choice)
-    return Comparison(tuple(results), compared)
+    differences = [
+        found
+        for found in study_differences(first.record, second.record)
+        if found.key.partition(".")[0] not in CHANGES_NOTHING
+    ]
+    versions = [result.record["versions"].get("tendon", "") for result in (first, second)]
+    if versions[0] != versions[1]:
+        words = (f"tendon {versions[0]}", f"tendon {versions[1]}")
+        differences.append(Difference(VERSION, None, *words, words))
+    found: Compared = load(first.kind.compare)((first, second), labels, differences, choice)
+    return found
 
 
 def _opened(result: AnyResult) -> Result:

@@ -1,72 +1,105 @@
-"""The record of a comparison: types for whoever makes it, says it, draws it or checks it.
-
-Values are SI; a number that is missing or not finite is null. All that is said of a comparison
-follows from its record alone.
-"""
+"""Everything that a comparison of two results says; texts, JSON and figures follow from it."""
 
 from __future__ import annotations
 
-from typing import Any, Literal, TypeAlias, TypedDict
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal, TypeAlias
 
-from tendon_cli.checks.study_differences import DifferenceRecord
+from tendon_cli.checks.check_text import finite
+from tendon_cli.studies.study_differences import Difference
 
 Judgement: TypeAlias = Literal["better", "worse", "no difference"]
-"""Judgement on a later result beside the first one."""
+"""Judgement on the second result beside the first."""
+Value: TypeAlias = float | str | bool | None
+"""Value of a result, SI; None if it has none."""
+Interval: TypeAlias = Sequence[float]
+"""Ends of a 95 % interval."""
 
 
-class ComparedResult(TypedDict):
-    """Result among those that are compared."""
+@dataclass(frozen=True)
+class ComparedResult:
+    """One of the results that are compared."""
 
     label: str
-    """Name by which texts tell it from the others."""
+    """Name by which texts tell it from the other."""
     folder: str | None
-    """Its folder; null in memory."""
+    """Its folder; None in memory."""
     name: str
     title: str
     verb: str
     study_hash: str
-    choice: str
-    """Choice of an answer that is compared, in words; empty if it has no axes, and for a run."""
     sentence: str
     """Its answer in a sentence or two."""
     unit: str
     """Unit of what is read, "N" or "N m"; that of pretensions."""
 
+    @property
+    def place(self) -> str:
+        """Its folder, or its name."""
+        return self.folder or self.name
 
-class QuantityRecord(TypedDict):
-    """A quantity of all results."""
+
+@dataclass(frozen=True)
+class Number:
+    """A column of both results."""
 
     name: str
     """Its name among the quantities of tendon."""
     label: str
     """Meaning in words."""
-    unit: str
-    values: list[float | None]
-    """Value of each result."""
-    spans: list[list[float] | None]
-    """95 % interval of each value; null if it has none."""
-    verdicts: list[Judgement | None]
-    """Judgement on each result beside the first; null for the first, and where neither is better
-    by itself."""
-    intervals: list[list[float] | None]
-    """95 % interval of the difference from the first; null if it has none."""
+    unit: str | None
+    """SI unit; None for words and truths."""
+    a: Value
+    """Value of the first result: of an answer that of its choice, of a run the worst of all designs
+    in both; where no direction is worse, the one that differs most."""
+    b: Value
+    """Value of the second result."""
+    verdict: Judgement | None = None
+    """Judgement on the second beside the first; None where neither is better by itself."""
+    interval: Interval | None = None
+    """95 % interval of the difference; None if it has none."""
+    spans: tuple[Interval | None, Interval | None] = (None, None)
+    """95 % interval of each value."""
+    table: str = "choices"
+    change: float = 0.0
+    """Largest difference in any row, as a share of the largest magnitude; infinite if only one is
+    null, or if words or truths differ."""
+    most: float | None = None
+    """The same difference, SI; None of words and truths."""
+    rows: int = 0
+    """Number of rows that differ."""
+    where: Mapping[str, Value] = field(default_factory=dict)
+    """Values on the axes of the row that differs most; of an answer those of both choices."""
+    at: str = ""
+    """The same in words."""
 
 
-class BindRecord(TypedDict):
-    """Limits that set the window of one answer."""
+@dataclass(frozen=True)
+class BindingLimits:
+    """Limits that set the window of an answer."""
 
     lower: str | None
-    """Limit that binds below."""
     upper: str | None
-    """Limit that binds above."""
-    words: list[str]
+    words: Sequence[str]
     """Both ends in words."""
-    fresh: list[float | None] | None
-    """Window of the fresh sample; null without one."""
+    fresh: Sequence[float | None] | None
+    """Window of the fresh sample; None without one."""
 
 
-class MoveRecord(TypedDict):
-    """Persons, draws or designs that one of two results serves and the other does not."""
+@dataclass(frozen=True)
+class Unserved:
+    """A person, a draw or a design that one of two results serves and the other does not."""
+
+    name: str
+    """Its name; of a fresh sample its numbers."""
+    why: str
+    """Name of the limit by which the other one loses it."""
+
+
+@dataclass(frozen=True)
+class Move:
+    """Persons, draws or designs that one of two results alone serves."""
 
     kind: str
     """Noun for what is counted, in the plural."""
@@ -75,128 +108,60 @@ class MoveRecord(TypedDict):
     """Number of those that both results judge."""
     share: float
     """Share of these, by weight."""
-    names: list[str]
+    names: Sequence[str] = ()
     """The first of them by name, of those that have one."""
-    named: int
+    named: int = 0
     """Number of those that have a name: of the study's own sample, or of the designs."""
-    named_kind: str
+    named_kind: str = ""
     """Noun for those that have a name, in the plural."""
-    named_of: int
+    named_of: int = 0
     """Number of persons, draws or designs that have a name."""
+    why: Sequence[Unserved] = ()
+    """The first of them with the limit that the other result breaks for each."""
 
 
-class UnservedRecord(TypedDict):
-    """A person or a draw that one of two answers serves and the other does not."""
+@dataclass(frozen=True)
+class Compared:
+    """Second result beside the first."""
 
-    name: str
-    """Its name; of a fresh draw its numbers."""
-    why: str
-    """Why the other answer does not serve it, in words."""
-    command: str | None
-    """Command that shows it; null if nothing that is still there can show it."""
-
-
-class MarginRecord(TypedDict):
-    """Motion of the margins of designs that two runs have, N."""
-
-    designs: int
-    rose: int
-    """Number of designs whose margin is larger in the later run."""
-    fell: int
-    median: float | None
-    """Median of later less first."""
-    largest_rise: float | None
-    rise_at: str
-    """Design with the largest rise, in words."""
-    largest_fall: float | None
-    fall_at: str
-
-
-class BrokenRecord(TypedDict):
-    """A limit that designs of two runs break."""
-
-    limit: str
-    label: str
-    """Words for a design that breaks it."""
-    before: int
-    """Number of designs that break it in the first run."""
-    now: int
-    newly: int
-    """Number that break it in the later run only."""
-    no_longer: int
-    first: list[str]
-    """The first designs that newly break it, in words."""
-
-
-class BesideFirst(TypedDict):
-    """A later result beside the first one."""
-
-    gained: MoveRecord | None
-    """Members whom the later result alone serves; null if it cannot be told."""
-    lost: MoveRecord | None
+    a: ComparedResult
+    b: ComparedResult
+    differences: Sequence[Difference]
+    """Keys in which the studies differ."""
+    quantities: Sequence[Number]
+    binds: tuple[BindingLimits | None, BindingLimits | None] = (None, None)
+    """Limits that set the window of each answer; None for a run, or without a window."""
+    gained: Move | None = None
+    """Members whom the second alone serves; None if it cannot be told."""
+    lost: Move | None = None
     """Members whom the first alone serves."""
-    why_gained: list[UnservedRecord]
-    """At most three of those gained, and why the first does not serve them."""
-    why_lost: list[UnservedRecord]
-    """At most three of those lost, and why the later result does not serve them."""
-    paired: bool
+    paired: bool = False
     """True if both shares are of the same members of a fresh sample, computed again for this."""
-    margins: MarginRecord | None
-    """Motion of margins, of two runs with designs in common."""
-    broken: list[BrokenRecord]
-    """Limits that designs of either run break."""
-
-
-class ComparisonRecord(TypedDict):
-    """The whole comparison of two or more results, the first of which is the reference."""
-
-    results: list[ComparedResult]
-    differences: list[DifferenceRecord]
-    quantities: list[QuantityRecord]
-    binds: list[BindRecord | None]
-    """Limits that set the window of each answer; null for a run, or without a window."""
-    beside: list[BesideFirst]
-    """Each later result beside the first one."""
-    notes: list[str]
+    compared: str = ""
+    """Columns and rows, or quantities, that are compared, in words."""
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    """Tables, columns and values of one result alone, in words, by name or key of their axis."""
+    notes: Sequence[str] = ()
     """Sentences on what is compared, and what cannot be."""
 
+    @property
+    def is_equal(self) -> bool:
+        """True if nothing differs."""
+        moved = [move for move in (self.gained, self.lost) if move is not None and move.count]
+        is_changed = any(number.change for number in self.quantities)
+        return not (moved or is_changed or self.differences or self.left_out)
 
-def as_json(record: ComparisonRecord) -> dict[str, Any]:
-    """Return the record as `tendon compare --json` prints it.
+    def number(self, name: str) -> Number | None:
+        """Return a quantity of both results; None if neither has it."""
+        return next((found for found in self.quantities if found.name == name), None)
 
-    For two results values stand under `a` and `b`; for more of them in lists, the first result
-    first.
-    """
-    if len(record["results"]) != 2:
-        return {**record}
-    first, second = record["results"]
-    (beside,) = record["beside"]
-    differences = [
-        {
-            "key": difference["key"],
-            "a": difference["values"][0],
-            "b": difference["values"][1],
-            "unit": difference["unit"],
-        }
-        for difference in record["differences"]
-    ]
-    quantities = [
-        {
-            "name": quantity["name"],
-            "unit": quantity["unit"],
-            "a": quantity["values"][0],
-            "b": quantity["values"][1],
-            "verdict": quantity["verdicts"][1],
-            "interval": quantity["intervals"][1],
-        }
-        for quantity in record["quantities"]
-    ]
-    return {
-        "a": first,
-        "b": second,
-        "differences": differences,
-        "quantities": quantities,
-        "binds": {"a": record["binds"][0], "b": record["binds"][1]},
-        **beside,
-        "notes": record["notes"],
-    }
+    def record(self) -> dict[str, Any]:
+        """Return the comparison as `tendon compare --json` prints it."""
+        record: dict[str, Any] = finite(asdict(self))
+        for difference in record["differences"]:
+            del difference["shown"]
+        record["binds"] = dict(zip(("a", "b"), record["binds"], strict=True))
+        for name in ("gained", "lost"):
+            move = record[name]
+            record[f"why_{name}"] = [] if move is None else move.pop("why")
+        return {"is_equal": self.is_equal, **record}

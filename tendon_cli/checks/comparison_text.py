@@ -5,113 +5,82 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from tendon_cli import say
-from tendon_cli.checks.comparison_record import (
-    BrokenRecord,
-    ComparedResult,
-    ComparisonRecord,
-    Judgement,
-    MarginRecord,
-    MoveRecord,
-    QuantityRecord,
-    UnservedRecord,
-)
+from tendon_cli.checks.comparison_record import Compared, Move, Number, Value
 from tendon_cli.checks.markdown import escaped
 from tendon_cli.quantities import AS_READ, QUANTITIES
 from tendon_cli.say import Block
 
 _LONGEST_CELL = 20
 """Most characters of a choice that the table of numbers shows; the sentences say longer ones."""
-_SIDE_BY_SIDE = 4
-"""Most results in one table; further ones stand in a table below."""
+_SIDE_BY_SIDE = 3
+"""Most results beside the first in one table; further ones stand in a table below."""
 _MOST_DIFFERENCES = 20
 """Most differences of the studies that are shown."""
 _MOST_NAMED = 3
 """Most persons, draws or designs that are named."""
-_DIGITS = 3
-"""Significant digits of a number."""
-_MOST_DIGITS = 7
-"""Most digits of a number that another one would equal with fewer."""
+_DIGITS = range(3, 18)
+"""Significant digits of numbers, of which as many are shown as tell two values apart."""
 _WINDOW = ("pretension_from", "pretension_to")
 """Quantities that are shown together as a window."""
-_NO_WINDOW = "none"
-"""Word for a window that is empty."""
-_SHARES = ("served", "feasible")
+_SHARES = ("served", "feasible", "taut", "stable")
 """Quantities that are shown in percent."""
 
 
-def comparison_blocks(record: ComparisonRecord) -> list[Block]:
-    """Return the whole comparison: what came out, studies, answers, numbers, limits, people."""
-    labels = [result["label"] for result in record["results"]]
-    blocks = [say.heading(f"{say.join_words(labels[1:])} compared with {labels[0]}")]
-    blocks += say.items(verdict_words(record))
+def comparison_blocks(pairs: Sequence[Compared]) -> list[Block]:
+    """Return the whole comparison: what came out, studies, answers, numbers, limits, people.
+
+    Args:
+        pairs: Each later result beside the first.
+    """
+    first = pairs[0].a
+    later = [pair.b.label for pair in pairs]
+    blocks = [say.heading(f"{say.join_words(later)} compared with {first.label}")]
+    blocks += say.items(verdict_words(pairs))
     blocks.append(say.heading("How the studies differ"))
-    blocks += _differences(record, labels)
+    blocks += _differences(pairs)
     blocks.append(say.heading("What they say"))
-    for result in record["results"]:
-        blocks.append({"item": f"{result['label']}: {result['sentence']}"})
+    sides = [first, *(pair.b for pair in pairs)]
+    blocks += say.items(f"{side.label}: {side.sentence}" for side in sides)
     blocks.append(say.heading("Numbers"))
-    blocks += _numbers(record, labels)
-    blocks += _limits(record, labels)
-    blocks += _people(record, labels)
-    blocks += [{"note": note} for note in record["notes"]]
+    for start in range(0, len(pairs), _SIDE_BY_SIDE):
+        blocks.append(_numbers(pairs[start : start + _SIDE_BY_SIDE]))
+    if len(pairs) > 1 and any(number.verdict for pair in pairs for number in pair.quantities):
+        blocks += say.items([f"+ better than {first.label}, - worse, = no difference"])
+    bindings = [pairs[0].binds[0], *(pair.binds[1] for pair in pairs)]
+    binds = [(side, bind) for side, bind in zip(sides, bindings, strict=True) if bind is not None]
+    if binds:
+        blocks.append(say.heading("What binds"))
+        blocks += say.items(f"{side.label}: {'; '.join(bind.words)}" for side, bind in binds)
+    moves = [line for pair in pairs for line in move_words(pair)]
+    if moves:
+        blocks.append(say.heading("Gained and lost"))
+        blocks += say.items(moves)
+    notes = dict.fromkeys(note for pair in pairs for note in pair.notes)
+    blocks += [{"note": note} for note in notes]
     return blocks
 
 
-def comparison_text(record: ComparisonRecord, joint: str) -> str:
-    """Return the comparison for a terminal; `joint` is the name of the joint."""
-    return say.as_text(comparison_blocks(record), joint)
-
-
-def comparison_markdown(record: ComparisonRecord, joint: str) -> str:
-    """Return the comparison in Markdown, for a comment in a pull request."""
+def comparison_markdown(blocks: Sequence[Block], joint: str) -> str:
+    """Return the blocks of a comparison in Markdown; `joint` is the name of the joint."""
     lines: list[str] = []
-    for block in comparison_blocks(record):
+    for block in blocks:
         ((kind, content),) = block.items()
         if kind == "table":
             head, *rows = [
                 [escaped(say.name_joint(cell, joint)) for cell in row] for row in content
             ]
-            lines += [_row(head), _row(["---"] * len(head)), *map(_row, rows)]
+            lines += [f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows)]
             continue
         text = escaped(say.name_joint(content, joint))
         if kind == "heading":
             level = "####" if lines else "###"
             lines += ["", f"{level} {text}", ""]
-        elif kind == "item":
-            lines.append(f"- {text}")
-        elif kind == "command":
-            lines += ["", "```", content, "```"]
         else:
-            lines += ["", text]
+            lines += [f"- {text}"] if kind == "item" else ["", text]
     return "\n".join(lines).strip() + "\n"
 
 
-def _row(cells: Sequence[str]) -> str:
-    """Return a row of a table in Markdown."""
-    return f"| {' | '.join(cells)} |"
-
-
 # --- What came out --------------------------------------------------------------------------------
-
-
-def verdict_words(record: ComparisonRecord) -> Iterator[str]:
-    """Say in what each later result is better or worse than the first."""
-    for place, result in enumerate(record["results"][1:], 1):
-        by_verdict: dict[str, list[str]] = {"better": [], "worse": [], "no difference": []}
-        for quantity in record["quantities"]:
-            verdict = quantity["verdicts"][place]
-            if verdict is not None and _is_worth_saying(quantity, place, verdict):
-                by_verdict[verdict].append(_verdict_item(quantity, place, verdict))
-        parts = []
-        if by_verdict["better"]:
-            parts.append(f"better in {say.join_words(by_verdict['better'])}")
-        if by_verdict["worse"]:
-            parts.append(f"worse in {say.join_words(by_verdict['worse'])}")
-        if by_verdict["no difference"]:
-            parts.append(f"no difference in {say.join_words(by_verdict['no difference'])}")
-        words = "; ".join(parts) or "no difference that can be judged"
-        yield f"{result['label']}: {words}."
-
 
 _ASPECTS = {
     "tolerance_length": "setting tolerance",
@@ -121,296 +90,191 @@ _ASPECTS = {
 """Words for a quantity in a sentence, where its label does not suit."""
 
 
-def _verdict_item(quantity: QuantityRecord, place: int, verdict: Judgement) -> str:
+def verdict_words(pairs: Sequence[Compared]) -> Iterator[str]:
+    """Say in what each later result is better or worse than the first."""
+    for pair in pairs:
+        if pair.is_equal:
+            yield f"{pair.b.label}: equal."
+            continue
+        parts = []
+        for verdict, words in (
+            ("better", "better in"),
+            ("worse", "worse in"),
+            ("no difference", "no difference in"),
+        ):
+            judged = [number for number in pair.quantities if number.verdict == verdict]
+            # Equal numbers alone are not worth saying.
+            said = [
+                _verdict_item(number)
+                for number in judged
+                if verdict != "no difference" or number.interval or number.name in _ASPECTS
+            ]
+            if said:
+                parts.append(f"{words} {say.join_words(said)}")
+        yield f"{pair.b.label}: {'; '.join(parts) or 'no difference that can be judged'}."
+
+
+def _verdict_item(number: Number) -> str:
     """Name a quantity in the list of those that are better or worse, with the change of a share."""
-    label = quantity["label"].removesuffix(", at least")
+    label = number.label.removesuffix(", at least")
     without_extreme = label.removeprefix("largest ").removeprefix("least ")
-    words = _ASPECTS.get(quantity["name"], without_extreme)
-    interval = quantity["intervals"][place]
-    if interval is None or verdict == "no difference":
+    words = _ASPECTS.get(number.name, without_extreme)
+    if number.interval is None or number.verdict == "no difference":
         return words
-    return f"{words} ({_difference_words(interval)})"
-
-
-def _is_worth_saying(quantity: QuantityRecord, place: int, verdict: Judgement) -> bool:
-    """Return True if a verdict belongs into a sentence: equal numbers alone do not."""
-    is_judged_by_samples = quantity["intervals"][place] is not None
-    is_of_window = quantity["name"] in _ASPECTS
-    return verdict != "no difference" or is_judged_by_samples or is_of_window
-
-
-def _difference_words(interval: Sequence[float]) -> str:
-    """Say the interval of the difference of two shares: "by 3.1 to 5.2 percentage points"."""
-    low, high = sorted(map(abs, interval))
-    return f"by {say.number(100.0 * low, 2)} to {say.number(100.0 * high, 2)} percentage points"
+    low, high = (say.number(100.0 * end, 2) for end in sorted(map(abs, number.interval)))
+    return f"{words} (by {low} to {high} percentage points)"
 
 
 # --- The studies ----------------------------------------------------------------------------------
 
 
-def _differences(record: ComparisonRecord, labels: Sequence[str]) -> Iterator[Block]:
+def _differences(pairs: Sequence[Compared]) -> Iterator[Block]:
     """Yield the keys in which the studies differ, with the value of each."""
-    differences = record["differences"]
-    if not differences:
+    found = [{each.key: each.shown for each in pair.differences} for pair in pairs]
+    keys = list(dict.fromkeys(key for of_pair in found for key in of_pair))
+    if not keys:
         yield {"item": "not at all: they are the same study"}
         return
-    for columns in _groups(len(labels)):
-        rows = [["key", *(labels[column] for column in columns)]]
-        for difference in differences[:_MOST_DIFFERENCES]:
-            shown = difference["shown"]
-            rows.append([difference["key"], *(shown[column] for column in columns)])
+    for start in range(0, len(pairs), _SIDE_BY_SIDE):
+        beside = range(start, min(start + _SIDE_BY_SIDE, len(pairs)))
+        rows = [["key", pairs[0].a.label, *(pairs[place].b.label for place in beside)]]
+        for key in keys[:_MOST_DIFFERENCES]:
+            first = next(of_pair[key][0] for of_pair in found if key in of_pair)
+            later = [found[place][key][1] if key in found[place] else first for place in beside]
+            rows.append([key, first, *later])
         yield say.table(rows)
-    left = len(differences) - _MOST_DIFFERENCES
+    left = len(keys) - _MOST_DIFFERENCES
     if left > 0:
         yield {"item": f"and {say.counted(left, 'more key')} (--json lists all)"}
 
 
-def _groups(count: int) -> Iterator[Sequence[int]]:
-    """Yield the results that stand side by side in a table, by their places."""
-    for start in range(0, count, _SIDE_BY_SIDE):
-        yield range(start, min(start + _SIDE_BY_SIDE, count))
-
-
 # --- Numbers --------------------------------------------------------------------------------------
 
-
-def _numbers(record: ComparisonRecord, labels: Sequence[str]) -> Iterator[Block]:
-    """Yield the table of all quantities; of two results with a judgement."""
-    is_pair = len(labels) == 2
-    for columns in _groups(len(labels)):
-        heads = [labels[column] for column in columns]
-        rows = [["", *heads, f"{labels[1]} is"] if is_pair else ["", *heads]]
-        said = [result["choice"] for result in record["results"]]
-        if any(said) and all(len(choice or "") <= _LONGEST_CELL for choice in said):
-            choices = [record["results"][column]["choice"] or "-" for column in columns]
-            rows.append(["choice", *choices, ""] if is_pair else ["choice", *choices])
-        if _has_window(record):
-            windows = [_window(record, column) for column in columns]
-            rows.append(["window", *windows, ""] if is_pair else ["window", *windows])
-        for quantity in record["quantities"]:
-            if quantity["name"] in _WINDOW:
-                continue
-            row = [quantity["label"], *(_cell(record, quantity, column) for column in columns)]
-            if is_pair:
-                row.append(quantity["verdicts"][1] or "")
-            rows.append(row)
-            if any(quantity["spans"]):
-                spans = [_span_words(quantity, column) for column in columns]
-                rows.append(["  95 % interval", *spans, ""] if is_pair else ["", *spans])
-        yield say.table(rows)
-    if not is_pair:
-        yield from say.items(_marks(record))
+_SIGNS = {"better": " +", "worse": " -", "no difference": " =", None: ""}
 
 
-def _marks(record: ComparisonRecord) -> Iterator[str]:
-    """Say what the signs in the cells of a table of several results mean."""
-    has_mark = any(
-        verdict not in (None, "no difference")
-        for quantity in record["quantities"]
-        for verdict in quantity["verdicts"]
-    )
-    if has_mark:
-        first = record["results"][0]["label"]
-        yield f"+ better than {first}, - worse, = no difference"
+def _numbers(pairs: Sequence[Compared]) -> Block:
+    """Return the table of all quantities; of two results with a judgement."""
+    is_pair = len(pairs) == 1
+    heads = ["", pairs[0].a.label, *(pair.b.label for pair in pairs)]
+    rows = [[*heads, f"{heads[-1]} is"] if is_pair else heads]
+    shown = [number for pair in pairs for number in pair.quantities if _is_shown(number)]
+    for name in dict.fromkeys(number.name for number in shown):
+        found = [pair.number(name) for pair in pairs]
+        known = [number for number in found if number is not None]
+        if name == "pretension_from":
+            windows = [_window(pairs[0], 0), *(_window(pair, 1) for pair in pairs)]
+            rows.append(["window", *windows, *[""] * is_pair])
+        if name in _WINDOW:
+            continue
+        digits = max(digits_of(number) for number in known)
+        cells = [_cell(pairs[0], known[0], 0, digits)]
+        for pair, number in zip(pairs, found, strict=True):
+            cell = "-" if number is None else _cell(pair, number, 1, digits)
+            sign = "" if is_pair or number is None else _SIGNS[number.verdict]
+            cells.append(cell + sign)
+        rows.append([known[0].label, *cells, *[known[0].verdict or ""] * is_pair])
+        if any(any(number.spans) for number in known):
+            spans = [_span(known[0], 0), *("-" if one is None else _span(one, 1) for one in found)]
+            rows.append(["  95 % interval", *spans, *[""] * is_pair])
+    return say.table(rows)
 
 
-_SIGNS = {"better": " +", "worse": " -", "no difference": " ="}
+def _is_shown(number: Number) -> bool:
+    """Return True if the table of numbers has a quantity."""
+    if number.name == "choice":
+        return all(len(str(value)) <= _LONGEST_CELL for value in (number.a, number.b))
+    if number.table == "choices":
+        return number.unit is not None
+    is_known = number.a is not None or number.b is not None
+    return number.table == "designs" and number.verdict is not None and is_known
 
 
-def _cell(record: ComparisonRecord, quantity: QuantityRecord, column: int) -> str:
-    """Return the value of a quantity of one result, with a sign if there are several."""
-    text = value_words(quantity, quantity["values"][column], _digits(quantity))
-    if quantity["name"] == "tolerance_length" and quantity["values"][column] is None:
-        has_window = _window(record, column) != _NO_WINDOW
-        text = "any" if has_window else _NO_WINDOW
-    verdict = quantity["verdicts"][column]
-    if len(quantity["values"]) > 2 and verdict is not None:
-        return text + _SIGNS[verdict]
-    return text
+def _cell(pair: Compared, number: Number, place: int, digits: int) -> str:
+    """Return the value of a quantity of the first result of a pair, 0, or of the second, 1."""
+    value = (number.a, number.b)[place]
+    if number.name == "tolerance_length" and value is None:
+        return "none" if _window(pair, place) == "none" else "any"
+    return value_words(number, value, digits)
 
 
-def _span_words(quantity: QuantityRecord, column: int) -> str:
+def _span(number: Number, place: int) -> str:
     """Say the 95 % interval of a share; "-" if it has none."""
-    span = quantity["spans"][column]
-    if span is None:
+    span = number.spans[place]
+    value = (number.a, number.b)[place]
+    if span is None or not isinstance(value, float):
         return "-"
     low, high = span
-    return say.interval_text(quantity["values"][column] or 0.0, low, high)
+    return say.interval_text(value, low, high)
 
 
-def _digits(quantity: QuantityRecord) -> int:
-    """Return as many significant digits as tell values apart that differ."""
-    values = {value for value in quantity["values"] if value is not None}
-    is_same = all(verdict in (None, "no difference") for verdict in quantity["verdicts"])
-    digits = _DIGITS
-    while not is_same and digits < _MOST_DIGITS:
-        if len({value_words(quantity, value, digits) for value in values}) == len(values):
-            break
-        digits += 1
-    return digits
+def digits_of(number: Number) -> int:
+    """Return as many significant digits as tell both values apart if they differ."""
+    if number.a == number.b or number.verdict == "no difference":
+        return min(_DIGITS)
+    for digits in _DIGITS:
+        if value_words(number, number.a, digits) != value_words(number, number.b, digits):
+            return digits
+    return min(_DIGITS)
 
 
-def value_words(quantity: QuantityRecord, value: float | None, digits: int = _DIGITS) -> str:
+def value_words(number: Number, value: Value, digits: int = 3) -> str:
     """Say a value of a quantity with its unit."""
-    if value is None:
-        return "-"
-    if quantity["name"] in _SHARES:
+    if value is None or isinstance(value, str):
+        return value or "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if number.name in _SHARES:
         return say.percent(value)
-    if quantity["name"] in AS_READ:
-        return f"{say.number(value, digits)} {quantity['unit']}"
-    text = say.quantity(QUANTITIES[quantity["name"]], value, digits)
-    return f"± {text}" if quantity["name"] == "tolerance_length" else text
+    if number.name in AS_READ:
+        return f"{say.number(value, digits)} {number.unit}"
+    text = say.quantity(QUANTITIES[number.name], value, digits)
+    return f"± {text}" if number.name == "tolerance_length" else text
 
 
-def _has_window(record: ComparisonRecord) -> bool:
-    """Return True if the results are answers, whose windows are shown."""
-    return any(quantity["name"] in _WINDOW for quantity in record["quantities"])
-
-
-def _window(record: ComparisonRecord, column: int) -> str:
-    """Say the window of one answer."""
-    ends = {
-        quantity["name"]: quantity["values"][column]
-        for quantity in record["quantities"]
-        if quantity["name"] in _WINDOW
-    }
-    low = ends.get("pretension_from")
-    high = ends.get("pretension_to")
-    unit = record["results"][column]["unit"]
-    if low is None:
-        return _NO_WINDOW
-    if high is None:
-        return f"{say.number(low)} {unit} or more"
-    if low > high:
-        return _NO_WINDOW
-    return say.window_text(low, high, unit=unit)
-
-
-# --- Limits ---------------------------------------------------------------------------------------
-
-
-def _limits(record: ComparisonRecord, labels: Sequence[str]) -> Iterator[Block]:
-    """Yield which limit binds in each answer, or which limits designs of runs break."""
-    binds = [(label, bind) for label, bind in zip(labels, record["binds"], strict=True) if bind]
-    if binds:
-        yield say.heading("What binds")
-        yield from say.items(f"{label}: {'; '.join(bind['words'])}" for label, bind in binds)
-    for result, beside in zip(record["results"][1:], record["beside"], strict=True):
-        if beside["margins"] is None:
-            continue
-        yield say.heading(f"Margins and limits of {result['label']}")
-        yield from say.items(_margin_words(beside["margins"]))
-        first = record["results"][0]
-        yield from say.items(_broken_words(broken, first, result) for broken in beside["broken"])
-
-
-def _margin_words(margins: MarginRecord) -> Iterator[str]:
-    """Say how margins moved, with their sign."""
-    count = say.counted(margins["designs"], "design")
-    if not margins["rose"] and not margins["fell"]:
-        yield f"no margin changed in {count}"
-        return
-    median = ""
-    if margins["median"] is not None:
-        median = f", median {_signed(margins['median'])}"
-    yield (f"margins of {count}: {margins['rose']:,} rose, {margins['fell']:,} fell{median}")
-    if margins["largest_rise"] is not None:
-        yield f"largest rise: {_signed(margins['largest_rise'])} at {margins['rise_at']}"
-    if margins["largest_fall"] is not None:
-        yield f"largest fall: {_signed(margins['largest_fall'])} at {margins['fall_at']}"
-
-
-def _signed(value: float) -> str:
-    """Say a change of a margin with its sign."""
-    sign = "-" if value < 0.0 else "+"
-    return f"{sign}{say.quantity('margin', abs(value))}"
-
-
-def _broken_words(broken: BrokenRecord, first: ComparedResult, result: ComparedResult) -> str:
-    """Say how many designs break a limit, and which newly do."""
-    before = f"{say.counted(broken['before'], 'design')} of {first['label']}"
-    words = f"{broken['limit']}: {broken['label']} in {before} and {broken['now']:,} of "
-    words += result["label"]
-    if broken["newly"]:
-        words += f"; newly in {broken['newly']:,}: {_listed(broken['first'], broken['newly'])}"
-    if broken["no_longer"]:
-        words += f"; no longer in {broken['no_longer']:,}"
-    return words
-
-
-def _listed(names: Sequence[str], count: int) -> str:
-    """List the first of some names, and say how many more there are."""
-    shown = names[:_MOST_NAMED]
-    left = count - len(shown)
-    return "; ".join(shown) + (f"; and {left:,} more" if left > 0 else "")
+def _window(pair: Compared, place: int) -> str:
+    """Say the window of the first answer of a pair, 0, or of the second, 1."""
+    ends = []
+    for name in _WINDOW:
+        number = pair.number(name)
+        ends.append(None if number is None else (number.a, number.b)[place])
+    low, high = ends
+    unit = (pair.a, pair.b)[place].unit
+    if not isinstance(low, float):
+        return "none"
+    return say.window_text(low, high if isinstance(high, float) else float("inf"), unit=unit)
 
 
 # --- Who is gained and lost -----------------------------------------------------------------------
 
 
-def _people(record: ComparisonRecord, labels: Sequence[str]) -> Iterator[Block]:
-    """Yield who is gained and lost by each later result."""
-    blocks: list[Block] = []
-    for label, beside in zip(labels[1:], record["beside"], strict=True):
-        if beside["gained"] is None or beside["lost"] is None:
-            continue
-        gained = _move_words(beside["gained"], "gained")
-        lost = _move_words(beside["lost"], "lost")
-        blocks += say.items([f"{label}: {gained}; {lost}"])
-        for one in beside["why_gained"]:
-            who, _ = _member_words(one, beside["gained"])
-            words = f"{label} gains {who}, not served by {labels[0]}: {one['why']}."
-            blocks += say.items([words])
-        is_shown = False
-        for one in beside["why_lost"]:
-            blocks += _lost_words(one, beside["lost"], label, is_shown=is_shown)
-            is_shown = True
-    if blocks:
-        yield say.heading("Gained and lost")
-        yield from blocks
-
-
-def _lost_words(
-    one: UnservedRecord, lost: MoveRecord, label: str, *, is_shown: bool
-) -> Iterator[Block]:
-    """Say why one person or draw is lost to a result, and how to look at it.
-
-    Args:
-        one: The person or draw.
-        lost: All that are lost.
-        label: Name of the result.
-        is_shown: True if the command for another one has been shown.
-    """
-    who, it = _member_words(one, lost)
-    words = f"{label} loses {who}: {one['why']}."
-    if one["command"] is None or is_shown:
-        yield from say.items([words])
+def move_words(pair: Compared) -> Iterator[str]:
+    """Say who is gained and lost by the second result, and by which limit."""
+    if pair.gained is None or pair.lost is None:
         return
-    yield from say.items([f"{words} To look at {it}:"])
-    yield say.command(one["command"])
+    label = pair.b.label
+    counts = f"{_count_words(pair.gained, 'gained')}; {_count_words(pair.lost, 'lost')}"
+    yield f"{label}: {counts}"
+    for move, verb in ((pair.gained, "gains"), (pair.lost, "loses")):
+        for one in move.why:
+            who = one.name if move.named else f"a new {move.kind.removesuffix('s')} with {one.name}"
+            yield f"{label} {verb} {who}: {one.why}"
 
 
-def _member_words(one: UnservedRecord, move: MoveRecord) -> tuple[str, str]:
-    """Return the words for a person or a draw, and the word for it after that."""
-    if move["named"]:
-        return one["name"], one["name"]
-    return f"a new {move['kind'].removesuffix('s')} with {one['name']}", "it"
-
-
-def _move_words(move: MoveRecord, word: str) -> str:
+def _count_words(move: Move, word: str) -> str:
     """Say how many persons, draws or designs are gained or lost, and the first by name."""
-    noun = move["kind"].removesuffix("s")
-    text = f"no {noun} of {move['of']:,} {word}"
-    if move["count"]:
-        text = f"{move['count']:,} of {say.counted(move['of'], noun)} {word}"
-    if move["count"] and move["kind"] != "designs":
-        text += f" ({say.percent(move['share'])})"
-    is_of_own_sample = move["named_of"] != move["of"]
-    if not move["count"] or not move["named_of"]:
+    noun = move.kind.removesuffix("s")
+    if not move.count:
+        return f"no {noun} of {move.of:,} {word}"
+    text = f"{move.count:,} of {say.counted(move.of, noun)} {word}"
+    if move.kind != "designs":
+        text += f" ({say.percent(move.share)})"
+    if move.named_of and move.named_of != move.of:
+        own = f"the study's own {move.named_of:,}"
+        own += f" {move.named_kind}" * (move.named_kind != move.kind)
+        text += f", {f'{move.named:,}' if move.named else 'none'} of {own}"
+    left = move.named - _MOST_NAMED
+    if not move.named:
         return text
-    if is_of_own_sample:
-        own = f"the study's own {move['named_of']:,}"
-        own += f" {move['named_kind']}" * (move["named_kind"] != move["kind"])
-        count = f"{move['named']:,}" if move["named"] else "none"
-        text += f", {count} of {own}"
-    return f"{text}: {_listed(move['names'], move['named'])}" if move["named"] else text
+    more = f"; and {left:,} more" if left > 0 else ""
+    return f"{text}: {'; '.join(move.names[:_MOST_NAMED])}{more}"

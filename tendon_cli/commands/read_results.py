@@ -90,8 +90,8 @@ def check(
     An answer of `tendon design` passes if the choice that it names first keeps the limits for as
     many as its study demands; with --baseline, if its window, share and tensions have not moved.
     """
+    from tendon_cli.checks.check_since import TOLERANCE
     from tendon_cli.checks.check_text import annotation, as_markdown
-    from tendon_cli.checks.compare import TOLERANCE
 
     options.refuse_both("--json", as_json, "--markdown", markdown)
     if baseline is None and (apart or tolerance is not None):

@@ -8,15 +8,14 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from tendon_cli.errors import FolderError
 from tendon_cli.files import read_file, write_whole
 from tendon_cli.registry import TaskKind, kind_of, kinds, tables_in_folders
 from tendon_cli.studies.study import Study
-from tendon_cli.studies.value_words import value_words
+from tendon_cli.studies.study_differences import study_differences
 from tendon_cli.tables.digest import file_sha256
-from tendon_cli.units import shorten
 from tendon_cli.version import RESULTS_VERSION, reader_of
 
 FIGURE_FILE = re.compile(r"[\w-][\w.-]*\.(png|svg|pdf)")
@@ -186,57 +185,9 @@ def difference(recorded: Mapping[str, Any], verb: str, study: Study) -> str | No
         return f"`tendon {other}` wrote it, not `tendon {verb}`"
     if recorded.get("study_hash") == study.hash:
         return None
-    lines = [*differences(recorded.get("study") or {}, study.document(), study.sources).values()]
-    return "; ".join(lines[:4]) or "the order of the axes"
-
-
-def differences(
-    theirs: Mapping[str, Any], ours: Mapping[str, Any], sources: Mapping[str, Mapping[str, Any]]
-) -> dict[str, str]:
-    """Say how two resolved studies differ, in a sentence part for each key.
-
-    Args:
-        theirs: The recorded study.
-        ours: The other study.
-        sources: Files that gave numbers of the other study, by the key that names each.
-    """
-    words = {}
-    for found in differing_keys(theirs, ours):
-        values = (found.theirs, found.ours)
-        file = _file_of(found.key, sources)
-        if file is not None and None not in values:
-            words[found.key] = f"{found.key} differs, the content of {file}"
-            continue
-        was, now = (value_words(found.key, value) for value in values)
-        words[found.key] = f"{found.key} was {was}, now {now}"
-        if was == now:
-            words[found.key] = f"{found.key} differs"
-    return words
-
-
-def _file_of(key: str, sources: Mapping[str, Mapping[str, Any]]) -> str | None:
-    """Return the name of the file that gave a value of a study; None if none did."""
-    for named, source in sources.items():
-        if f"{key}.".startswith(f"{named}.") and "file" in source:
-            return shorten(str(source["file"]))
-    return None
-
-
-class DifferingKey(NamedTuple):
-    """A key in which two resolved studies differ."""
-
-    key: str
-    theirs: Any
-    """Value in the recorded study; None if it does not state the key."""
-    ours: Any
-    """Value in the other one."""
-
-
-def differing_keys(theirs: Any, ours: Any, key: str = "") -> Iterator[DifferingKey]:
-    """Yield the keys in which two resolved studies differ. Takes what `differences` does."""
-    if isinstance(theirs, dict) and isinstance(ours, dict):
-        for name in dict.fromkeys((*theirs, *ours)):
-            inner = f"{key}.{name}" if key else name
-            yield from differing_keys(theirs.get(name), ours.get(name), inner)
-    elif theirs != ours:
-        yield DifferingKey(key, theirs, ours)
+    ours = {"study": study.document(), "sources": study.sources}
+    lines = [
+        f"{found.key} was {found.shown[0]}, now {found.shown[1]}"
+        for found in study_differences(recorded, ours)
+    ]
+    return "; ".join(lines[:4]) or "the order of the axes, or how they are spelled"

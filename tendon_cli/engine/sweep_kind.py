@@ -37,7 +37,6 @@ SWEEP = TaskKind(
     draw="tendon_cli.figures.draw.draw_run",
     check_figures="tendon_cli.figures.draw.check_figures_of",
     check="tendon_cli.checks.check.check_run",
-    check_since="tendon_cli.checks.compare.compare_runs_since",
     compare="tendon_cli.checks.compare_runs.compare_runs",
     page="tendon_cli.reports.report.sweep_page",
     allow_negative=FlagOption(

@@ -18,18 +18,6 @@ _LONGEST = 28
 """Most characters of a value in a table."""
 
 
-def value_words(key: str, value: Any) -> str:
-    """Return the value at a dotted key in words; the key may be a part of a number."""
-    if value is None:
-        return "not stated"
-    parts = key.split(".")
-    for depth in range(2, len(parts) + 1):
-        quantity = quantity_of(".".join(parts[:depth]))
-        if quantity is not None:
-            return number_words(value, quantity)
-    return value_in_short(value)
-
-
 def quantity_of(key: str) -> Quantity | None:
     """Return the quantity of a key of numbers; None for words."""
     if key in keys():
@@ -54,31 +42,37 @@ def si_value(value: Any, quantity: Quantity) -> Any:
         return value  # a word, such as "rigid", or a tolerance that is a share
 
 
-def number_words(value: Any, quantity: Quantity) -> str:
-    """Return the number of a study in words: one value, a list, a grid or a distribution."""
+def number_words(value: Any, quantity: Quantity, digits: int = 3) -> str:
+    """Return the number of a study in words: one value, a list, a grid or a distribution.
+
+    Args:
+        value: The number as a record has it.
+        quantity: Its quantity.
+        digits: Number of significant digits.
+    """
     number = si_value(value, quantity)
     if isinstance(number, float):
-        return say.quantity(quantity, number)
+        return say.quantity(quantity, number, digits)
     if isinstance(number, list) and number:
-        return shorten(_shown_list(number, quantity), _LONGEST)
+        return shorten(_shown_list(number, quantity, digits), _LONGEST)
     if isinstance(number, Mapping):
-        return shorten(_shown_table(number, quantity), _LONGEST)
+        return shorten(_shown_table(number, quantity, digits), _LONGEST)
     return other_words(value)
 
 
-def _shown_list(numbers: Sequence[Any], quantity: Quantity) -> str:
+def _shown_list(numbers: Sequence[Any], quantity: Quantity, digits: int) -> str:
     """Return the values of a list in words; of a long one both ends."""
     if len(numbers) <= _MOST_VALUES:
-        return ", ".join(number_words(item, quantity) for item in numbers)
-    first = number_words(numbers[0], quantity)
-    last = number_words(numbers[-1], quantity)
+        return ", ".join(number_words(item, quantity, digits) for item in numbers)
+    first = number_words(numbers[0], quantity, digits)
+    last = number_words(numbers[-1], quantity, digits)
     return f"{first} to {last}, {len(numbers):,} values"
 
 
-def _shown_table(number: Mapping[str, Any], quantity: Quantity) -> str:
+def _shown_table(number: Mapping[str, Any], quantity: Quantity, digits: int) -> str:
     """Return a grid, an interval, a distribution or a curve in words."""
     texts = {
-        name: say.quantity(quantity, inner) if isinstance(inner, float) else str(inner)
+        name: say.quantity(quantity, inner, digits) if isinstance(inner, float) else str(inner)
         for name, inner in number.items()
     }
     middle = texts.get("mean", texts.get("value"))

@@ -7,7 +7,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.checks.check_text import as_markdown
-from tendon_cli.checks.compare import difference
+from tendon_cli.checks.table_pair import difference
 from tendon_cli.errors import UsageError
 from tests.check.conftest import swept
 
@@ -45,7 +45,7 @@ def test_each_column_is_named_with_its_largest_difference(plain, rougher):
     before = tendon.open(plain)
     now = tendon.open(rougher)
     record = tendon.check(rougher, plain, tolerance=0.0, apart=["sheath.friction"]).record
-    changes = {(change["table"], change["column"]): change for change in record["changes"]}
+    changes = {(change["table"], change["name"]): change for change in record["changes"]}
     for table in ("designs", "states"):
         values_now = getattr(now, table)
         values_before = getattr(before, table)
@@ -55,8 +55,8 @@ def test_each_column_is_named_with_its_largest_difference(plain, rougher):
             largest = (values_now[column] - values_before[column]).abs().max()
             scale = max(values_now[column].abs().max(), values_before[column].abs().max())
             change = changes[table, column]
-            assert change["difference"] == pytest.approx(largest, rel=1e-12)
-            assert change["share"] == pytest.approx(largest / scale, rel=1e-12)
+            assert change["most"] == pytest.approx(largest, rel=1e-12)
+            assert change["change"] == pytest.approx(largest / scale, rel=1e-12)
 
 
 def test_a_tolerance_just_holds_and_just_fails(plain, rougher):
@@ -64,43 +64,44 @@ def test_a_tolerance_just_holds_and_just_fails(plain, rougher):
         return tendon.check(rougher, plain, tolerance=tolerance, apart=["sheath.friction"])
 
     changes = compare_within(0.0).record["changes"]
-    of_numbers = [change for change in changes if change["difference"] is not None]
-    flags = {change["column"] for change in changes if change["difference"] is None}
-    worst = max(of_numbers, key=lambda change: change["share"])
-    wide = compare_within(worst["share"] * (1 + 1e-9))
-    assert {change["column"] for change in wide.record["changes"]} == flags
+    of_numbers = [change for change in changes if change["most"] is not None]
+    flags = {change["name"] for change in changes if change["most"] is None}
+    worst = max(of_numbers, key=lambda change: change["change"])
+    wide = compare_within(worst["change"] * (1 + 1e-9))
+    assert {change["name"] for change in wide.record["changes"]} == flags
     assert wide.record["within"] == worst
     assert "within the tolerance, the largest difference: " in wide.text
-    tight = compare_within(worst["share"] * (1 - 1e-9))
+    tight = compare_within(worst["change"] * (1 - 1e-9))
     assert len(tight.record["changes"]) == len(wide.record["changes"]) + 1
 
 
 def is_at(breach, place, designs):
     """Return True if a breach is of the design with the values of a place."""
     design = designs.loc[designs["design"] == breach["design"]].iloc[0]
-    return all(design[column] == value for column, value in place.items())
+    return all(f"{column} {design[column]:g}" in place for column in ("pretension", "load_mass"))
 
 
 def test_feasibility_that_flipped_is_named_design_by_design(plain, tmp_path):
     stiffer = swept(tmp_path / "stiffer", spring={"stiffness": "3.4 kN/m"})
     before = tendon.open(plain).designs
     now = tendon.open(stiffer).designs
-    result = tendon.check(stiffer, plain, tolerance=1e9, apart=["spring.stiffness"], worst=1000)
+    result = tendon.check(stiffer, plain, tolerance=1e9, apart=["spring.stiffness"])
     record = result.record
-    changed = {change["column"] for change in record["changes"]}
+    changed = {change["name"] for change in record["changes"]}
     assert {"feasible", "status"} <= changed  # flags have no tolerance
-    flipped = now[now["feasible"] != before["feasible"]]
-    assert record["flipped"] == len(flipped) > 0
-    flips = {}
-    for flip in record["flips"]:
-        place = flip["where"]
-        flips[place["pretension"], place["load_mass"]] = flip["now"]
-        infeasible = tendon.check(plain if flip["now"] else stiffer, worst=1000).record["breaches"]
-        broken = {breach["limit"] for breach in infeasible if is_at(breach, place, before)}
-        assert set(flip["limits"]) == broken > set()
-        assert all(limit in result.text for limit in broken)
-    expected = {(row.pretension, row.load_mass): row.feasible for row in flipped.itertuples()}
-    assert flips == expected
+    counts = {
+        "gained": (now["feasible"] & ~before["feasible"]).sum(),
+        "lost": (before["feasible"] & ~now["feasible"]).sum(),
+    }
+    assert sum(counts.values()) > 0
+    for name, loses in (("gained", plain), ("lost", stiffer)):
+        assert record[name]["count"] == counts[name]
+        assert [one["name"] for one in record[name]["why"]] == list(record[name]["names"])
+        breaches = tendon.check(loses, worst=1000).record["breaches"]
+        for one in record[name]["why"]:
+            broken = {found["limit"] for found in breaches if is_at(found, one["name"], before)}
+            assert {*one["why"].split(", ")} == broken > set()
+            assert f"{one['name']}: {one['why']}" in result.text
 
 
 def test_runs_of_other_axes_compare_on_what_they_share(plain, tmp_path):
@@ -109,7 +110,7 @@ def test_runs_of_other_axes_compare_on_what_they_share(plain, tmp_path):
     for run, baseline in ((fewer, plain), (plain, fewer)):
         result = tendon.check(run, baseline, tolerance=0.0)
         assert not result.holds
-        assert result.record["designs"] == 2
+        assert "2 designs" in result.record["compared"]
         assert result.record["changes"] == []
         missing = {text.partition(":")[0] for text in result.record["missing"]}
         assert missing == {"load.mass", "tendon.pretension"}
@@ -121,10 +122,10 @@ def test_runs_of_other_axes_compare_on_what_they_share(plain, tmp_path):
 @pytest.mark.parametrize(
     ("output", "missing"),
     [
-        ({"tables": ["designs"]}, "states: a table in the baseline only"),
+        ({"tables": ["designs"]}, "states: a table in the first only"),
         (
             {"states": ["status", "motor_torque"]},
-            "states.elbow_torque: a column in the baseline only",
+            "states.elbow_torque: a column in the first only",
         ),
     ],
 )

@@ -32,6 +32,18 @@ def study(fit, tmp_path):
     return tendon_library.study(tmp_path / "design.toml")
 
 
+def test_answers_of_a_fitted_suit_differ_in_what_they_state(study, tmp_path):
+    first, second = (
+        tendon_library.design(study.vary(**{"spool.ratio": ratio}), tmp_path / f"{ratio}")
+        for ratio in (0.6, 0.62)
+    )
+    assert tendon_library.compare(first, first).record["is_equal"]
+    found = tendon_library.compare(first, second).record
+    assert [difference["key"] for difference in found["differences"]] == ["spool.ratio"]
+    assert found["paired"]
+    assert not tendon_library.check(second, first, apart=["spool.ratio"]).holds
+
+
 def covariance_of(draws, keys):
     return np.cov([draws[key] for key in keys])
 
