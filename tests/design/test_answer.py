@@ -20,7 +20,7 @@ CATALOGUE = {
     "spring": {"stiffness": ["1 kN/m", "3 kN/m", "5 kN/m"]},
     "spool": {"ratio": [1.0, 0.7, 0.6]},
 }
-SPRINGS = {"spring": {"stiffness": {"from": "1 kN/m", "to": "5 kN/m", "num": 3}}}
+SPRINGS = {"spring": {"stiffness": {"from": "1 kN/m", "to": "6 kN/m", "num": 6}}}
 SPOOLS = {"spool": {"ratio": {"from": 0.55, "to": 1.0, "num": 3}}}
 
 MOTORS = [
@@ -240,7 +240,7 @@ def test_the_best_rows_are_those_of_the_table_and_the_text_names_an_end_of_a_ran
     record = json.loads(written, parse_constant=pytest.fail)
     assert record == answer.record
     assert record["feasible"] == int(answer.choices["feasible"].sum())
-    assert record["choices"] == 9
+    assert record["choices"] == 18
     text = " ".join(answer.text.split())
     assert "η is at the lower end of its range, η 0.55: widen the range" in text
     assert "a finer grid of K (now up to 50 % apart) may hold a better choice" in text
