@@ -145,7 +145,6 @@ def test_every_result_has_a_short_repr_a_text_a_record_and_a_picture(results, na
     assert "<" not in repr(result)
     assert str(result) == result.text
     assert isinstance(result.record, dict)
-    assert result.plot()._repr_png_()[:4] == b"\x89PNG"
     page = result._repr_html_()
     encoded = re.search(r"data:image/png;base64,([^\"]+)", page)
     assert base64.b64decode(encoded[1])[:4] == b"\x89PNG"
@@ -161,7 +160,7 @@ def test_a_run_and_an_answer_are_opened_and_drawn_from_their_folders(workplace):
     assert run.record["designs"] == 4
     assert answer.record["choices"] == 2
     assert run.plot("motor_torque", "elbow_stiffness", where="load_mass = 5 kg").axes
-    assert answer.plot("window").axes
+    assert answer.plot("window")._repr_png_()[:4] == b"\x89PNG"
     assert tendon.report(answer).name == "report.html"
     assert tendon.check(run).record
     assert tendon.check(run, run).holds
