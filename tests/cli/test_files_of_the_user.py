@@ -82,6 +82,20 @@ def test_a_file_of_the_user_is_replaced_only_on_demand(tendon, place, writer):
     assert target.read_bytes() == theirs
     assert sorted(place.iterdir()) == before
 
+    assert tendon(*words, "--overwrite").exit in {0, 4}
+    ours = target.read_bytes()
+    assert ours != theirs
+    # What tendon wrote is replaced without a word.
+    assert tendon(*words).exit in {0, 4}
+    assert target.read_bytes() == ours
+
+
+@pytest.mark.parametrize("writer", [name for name in WRITERS if "plot" not in name])
+def test_an_empty_file_a_link_that_leads_nowhere_and_a_folder_are_of_the_user(
+    tendon, place, writer
+):
+    words = WRITERS[writer]
+    target = place / next(word for word in words if word.startswith("out."))
     target.write_bytes(b"")
     assert tendon(*words).exit == 2
     assert target.read_bytes() == b""
@@ -90,21 +104,10 @@ def test_a_file_of_the_user_is_replaced_only_on_demand(tendon, place, writer):
     assert tendon(*words).exit == 2
     assert target.is_symlink()
     target.unlink()
-
-    if writer != "plot":  # figures of a table are written into a folder
-        target.mkdir()
-        for more in ((), ("--overwrite",)):
-            assert tendon(*words, *more).exit == 5
-        assert list(target.iterdir()) == []
-        target.rmdir()
-
-    target.write_bytes(theirs)
-    assert tendon(*words, "--overwrite").exit in {0, 4}
-    ours = target.read_bytes()
-    assert ours != theirs
-    # What tendon wrote is replaced without a word.
-    assert tendon(*words).exit in {0, 4}
-    assert target.read_bytes() == ours
+    target.mkdir()
+    for more in ((), ("--overwrite",)):
+        assert tendon(*words, *more).exit == 5
+    assert list(target.iterdir()) == []
 
 
 def test_no_page_is_written_if_one_of_them_would_replace_a_file(tendon, place):
