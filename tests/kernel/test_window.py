@@ -13,6 +13,7 @@ from tendon_cli import kernel
 from tendon_cli.model import window
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
+from tests.sampled import quick_and_torture
 
 from .filling import kinds_of_code, needs_code, same_bits
 from .random_states import random_states
@@ -66,7 +67,7 @@ def folded(states, bounds, cuts=()):
 
 
 @needs_code
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", quick_and_torture(range(15), range(15, 60)))
 def test_windows_are_the_same_to_the_bit_by_whatever_code(seed, monkeypatch):
     """In a third of the cases there are more forms than compiled code takes at once."""
     monkeypatch.setattr(kernel.native(), "most_forms", 8 if seed % 3 else 1)

@@ -9,10 +9,8 @@ import pytest
 import tendon_cli
 from tendon_cli.engine import run as run_module
 from tendon_cli.engine.run import compute_parts
-from tendon_cli.errors import InputError
-from tendon_cli.tables.read import open_table
 from tests.sampled import quick_and_torture
-from tools.torture.folders import HARMS, STUDY, flip, truncate
+from tools.torture.folders import flip, truncate
 from tools.torture.runs import STATES, study_in
 
 PACKAGE = Path(tendon_cli.__file__).parent
@@ -28,36 +26,6 @@ def test_tables_are_opened_in_few_places_only():
         if OPENS.search(source):
             openers.add(str(file.relative_to(PACKAGE)))
     assert openers == {"tables/footer.py", "tables/read.py", "tables/write.py"}
-
-
-def fold(file, _rng):
-    """Put a folder in the place of the file."""
-    file.unlink()
-    file.mkdir()
-
-
-@pytest.mark.parametrize("harm", [*HARMS, fold], ids=lambda harm: harm.__name__)
-@pytest.mark.parametrize("table", quick_and_torture(["states"], ["designs"]))
-def test_a_harmed_part_is_refused_by_name(tendon, workplace, new_sweep, small_parts, harm, table):
-    small_parts(1)
-    run = new_sweep(STUDY, workplace).folder
-    file = run / f"{table}.parquet/part-00002.parquet"
-    harm(file, random.Random(5))  # noqa: S311 - a repeatable sample
-    for source, words in ((run, ("--table", table)), (file.parent, ())):
-        ran = tendon("plot", source, *words, "--out", "figure.png", "--json")
-        error = ran.json["error"]
-        assert (ran.exit, error["kind"]) == (3, "input")
-        assert f"{table}.parquet" in error["where"]
-        assert "part-00002" in error["where"] + error["message"] or "part 2" in ran.out
-        assert not Path("figure.png").exists()
-    with pytest.raises(InputError):
-        open_table(file.parent)
-    ran = tendon("sweep", "study.toml", "--out", "run", "--resume", "--no-figures", "--json")
-    if harm is fold:
-        assert ran.exit in (5, 7)
-        assert "part-00002" in ran.out
-    else:
-        assert ran.exit == 0
 
 
 def harm_after_writing(harm, table, patch):
