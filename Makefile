@@ -35,7 +35,7 @@ demo: $(READY)  ## sweep the suit of the README and answer for it, then run a st
 	@echo "The documentation:      make docs, then docs/_build/index.html"
 
 test: $(READY)  ## run all tests
-	@echo "Running all tests, about four minutes on two cores ..."
+	@echo "Running all tests, about six minutes on two cores ..."
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -q -n auto --dist worksteal -m "not torture"
 
 check: $(READY)  ## lint and check types

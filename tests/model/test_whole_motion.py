@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tendon_cli.model.motion_window import _widest
+from tendon_cli.model.power_window import widest
 from tendon_cli.model.whole_motion import _parabola_top
 
 PLACES = np.array([-1.0, 0.0, 1.0])
@@ -41,7 +41,7 @@ def test_elsewhere_the_largest_value_is_the_top(values, place):
 def test_the_most_samples_in_a_row_are_found_wherever_they_stand():
     every = [f"{pattern:06b}" for pattern in range(64)]
     kept = np.array([[sign == "1" for sign in pattern] for pattern in every])
-    for pattern, first, last in zip(every, *_widest(kept), strict=True):
+    for pattern, first, last in zip(every, *widest(kept), strict=True):
         most = max(pattern.split("0"), key=len)
         if not most:
             assert first == last == -1
