@@ -116,7 +116,7 @@ def _run(command: str, folder: str) -> None:
 
 def _call(command: str, folder: str) -> None:
     """Run a command of tendon in this process; print what it says only if it fails."""
-    said = io.TextIOWrapper(io.BytesIO(), encoding="utf-8")
+    said = io.StringIO()
     code: str | int | None = None
     with (
         contextlib.chdir(folder),
@@ -128,8 +128,7 @@ def _call(command: str, folder: str) -> None:
         except SystemExit as end:
             code = end.code
     if code:
-        said.flush()
-        sys.stderr.write(said.buffer.getvalue().decode())
+        sys.stderr.write(said.getvalue())
         raise subprocess.CalledProcessError(int(code), command)
 
 

@@ -118,11 +118,6 @@ class Parameter:
     log: int | None = None
     """Number of the log to which it belongs; None if it holds for all."""
 
-    @property
-    def prior_deviation(self) -> float:
-        """Standard deviation before the log is read, SI."""
-        return self.law.spread / (math.sqrt(3.0) if self.law.kind == "uniform" else 1.0)
-
     def value(self, score: Floats) -> Floats:
         """Return the number at normal scores, SI."""
         law = self.law
