@@ -51,7 +51,6 @@ from tendon_cli.answers.text_notes import (
     note_on_judges,
     note_on_motion,
     note_on_remedies,
-    note_on_worst_values,
     note_without_fresh_sample,
     scope_words,
 )
@@ -69,7 +68,7 @@ from tendon_cli.windows import candidates
 from tendon_cli.windows.candidates import LimitPair
 from tendon_cli.windows.coverage import serves
 from tendon_cli.windows.question import Question, affords_motion, rows_to_prove
-from tendon_cli.windows.solutions import Solutions, solve
+from tendon_cli.windows.solutions import Solutions, solve, solve_windows
 from tendon_cli.windows.solver import Solver
 from tendon_cli.windows.verification import Verified, Verifier
 
@@ -193,9 +192,24 @@ def certify_all(
         choice = choices.select([place])
         row = choice.row.item()
         if row not in certificates:
-            certificates[row] = certify(solver, choice, report)
+            certificates[row] = _certificate(solver, choice, report)
         proved.append(certificates[row].solution)
     return Solutions.concatenate(proved)
+
+
+def _certificate(solver: Solver, choice: Solutions, report: Report) -> Certificate:
+    """Return the proof of one choice's window under the question's own sample.
+
+    A choice that a second sample has set keeps its window and its setting.
+    """
+    question = solver.question
+    if not question.sets_by_sample:
+        return certify(solver, choice, report)
+    of_sample = solver.for_question(replace(question, enough=question.serve))
+    solved, _ = solve_windows(of_sample, choice.points)
+    proof = certify(of_sample, solved, report)
+    status = proof.solution.between_samples
+    return replace(proof, solution=replace(choice, between_samples=status))
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,14 +246,17 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
     with_motion = replace(solver, with_motion=affords_motion(question, len(rows)))
     solver = replace(solver, with_motion=False)
     relevant = solve(with_motion, question.points(rows))
+    of_small_sample = int(relevant.feasible.sum())
+    second = Verifier.of(with_motion, second=True) if question.sets_by_sample else None
+    if second is not None:
+        relevant = second.set_choices(relevant)
     before_proofs = relevant
     feasible = sum(note["feasible"] for note in notes)
     conflicts = Counter[LimitPair]()
     for note in notes:
         conflicts.update({tuple(names): count for names, count in note["conflicts"]})
-    before = int(relevant.feasible.sum())
     relevant, named, certificates, proved = _with_proofs(with_motion, relevant, to_prove, report)
-    feasible -= before - int(relevant.feasible.sum())
+    feasible -= of_small_sample - int(relevant.feasible.sum())
     verifier = Verifier.of(solver)
     named.verify(verifier, proved)
     chosen = next(iter(named.best.values()), None)
@@ -463,8 +480,6 @@ def _notes(question: Question, verifier: Verifier | None) -> Iterator[str]:
         is_wanted = question.study.design.verify > 0
         yield note_without_fresh_sample(question.groups.noun, is_wanted=is_wanted)
     choices = len(question.choices)
-    if candidates.leaves_out(question):
-        yield note_on_worst_values(choices)
     if columns_of_motion(question.study) and not affords_motion(question, choices):
         yield note_on_motion(choices)
 

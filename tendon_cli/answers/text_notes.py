@@ -71,14 +71,6 @@ def question_notes(
         yield "nothing in this study is uncertain, so [uncertainty] draws nothing"
 
 
-def note_on_worst_values(choices: int) -> str:
-    """Note that most of so many choices have no worst values."""
-    return (
-        f"all {choices:,} choices have their window, but only those that may be the best have the"
-        " worst values at their pretension; these are null for the others"
-    )
-
-
 def note_on_motion(choices: int) -> str:
     """Note that most of so many choices have no columns of motion."""
     return (

@@ -14,8 +14,8 @@ from tendon_cli.space.axis import SAMPLE_AXES, Axis
 from tendon_cli.space.space import Space
 from tendon_cli.windows.coverage import ROUNDING, effective_count_of_strata, serves
 from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import LEAN, Question
-from tendon_cli.windows.solutions import Solutions
+from tendon_cli.windows.question import LEAN, Placement, Question, cost_per_design
+from tendon_cli.windows.solutions import ENDS, Solutions, solve
 from tendon_cli.windows.solver import Solver
 
 if TYPE_CHECKING:
@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 _POSTURE_STEP = np.radians(5.0)
 """Largest step between postures of the upper arm at which an interval of them is judged, rad.
 Limits are linear in its sine and cosine, so that they miss 0.1 % of the arm's weight between."""
+_MOST_STATES = 2**25
+"""Most states of one choice that a fresh sample has, or as many as take as long."""
+_FEWEST_MEMBERS = 256
+"""Members that a fresh sample has however long they take."""
 _INSIDE = 3
 """Values at which any other interval is judged in which limits are not linear."""
 
@@ -62,8 +66,13 @@ class Verifier:
     sample: FreshSample
 
     @classmethod
-    def of(cls, solver: Solver) -> Self | None:
-        """Return the judge of a question's choices; None if it has no fresh sample."""
+    def of(cls, solver: Solver, *, second: bool = False) -> Self | None:
+        """Return the judge of a question's choices; None if it has no fresh sample.
+
+        Args:
+            solver: Solver of the question.
+            second: True for the sample that sets choices, under the question's own conditions.
+        """
         question = solver.question
         counted = {axis.key for axis in question.conditions.axes if axis.role == "draw"}
         if not counted or not counted <= set(SAMPLE_AXES):
@@ -71,14 +80,21 @@ class Verifier:
         # A question without persons and draws does without the import.
         from tendon_cli.studies.fresh_sample import fresh_sample
 
-        sample = fresh_sample(question.study)
+        sample = fresh_sample(question.study, second=second)
         if sample is None:
             return None
-        others = [
-            _with_inside(question, axis) for axis in question.conditions.axes if axis.role != "draw"
-        ]
+        others = [axis for axis in question.conditions.axes if axis.role != "draw"]
+        if not second:
+            others = [_with_inside(question, axis) for axis in others]
         conditions = Space((sample.axis, *others)).grouped()
-        return cls(solver.for_question(replace(question, conditions=conditions)), sample)
+        of_sample = replace(question, conditions=conditions, enough=question.serve)
+        return cls(solver.for_question(of_sample), sample).within_budget()
+
+    def within_budget(self) -> Self:
+        """Return a judge of fewer members where all would take too long."""
+        question = self.solver.question
+        of_member = question.groups.conditions_per_group * cost_per_design(question)
+        return self.thinned(max(_FEWEST_MEMBERS, _MOST_STATES // of_member))
 
     def thinned(self, most: int) -> Self:
         """Return a judge that asks at most so many members (`FreshSample.thinned`)."""
@@ -99,6 +115,24 @@ class Verifier:
         """
         return replace(self, solver=self.solver.for_question(question))
 
+    def set_choices(self, choices: Solutions) -> Solutions:
+        """Return choices with the windows, settings and worst values of this sample.
+
+        The conditions that bind are those of the same kind in the question's own sample.
+
+        Args:
+            choices: Choices of the question, solved under its own conditions.
+        """
+        solved = solve(self.solver, choices.points)
+        per_group = self.solver.question.groups.conditions_per_group
+        bindings = {}
+        for end in ENDS:
+            binding = solved.binding(end)
+            own = choices.binding(end).condition
+            condition = own - own % per_group + binding.condition % per_group
+            bindings[f"{end}_binding"] = replace(binding, condition=condition)
+        return replace(solved, **bindings)
+
     def judge(self, choice: Solutions) -> Verified | None:
         """Judge one choice at its pretension; return None if it has no pretension."""
         pretension = float(choice.pretension[0])
@@ -118,7 +152,7 @@ class Verifier:
         """
         question = self.solver.question
         if ends is None:
-            placement = replace(question.placement, given=pretension)
+            placement = Placement(given=pretension)
             ends = self.solver.for_question(replace(question, placement=placement)).ends(points)
         groups = question.groups
         group_low, group_high = groups.windows(ends.low, ends.high)
