@@ -74,7 +74,7 @@ def parts_record(solver: Solver, choice: Solutions, ends: Ends) -> PartsRecord |
     served = is_served[:, groups.of]  # (1, conditions)
     if not served.any():
         return None
-    of_served = solver.for_question(question.for_conditions(np.flatnonzero(served[0])))
+    of_served = solver.for_question(question.within_groups(np.flatnonzero(served[0])))
     design = of_served.question.designs(choice.points.at_pretension(choice.pretension))
     failed = int(choice.advice[0])
     return {

@@ -268,7 +268,7 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
         ends = of_chosen.ends
     named_first = chosen
     if named_first is None:
-        named_first = candidates.nearest(question, relevant)
+        named_first = candidates.nearest(named.question, relevant)
     judged = named.verified.get(named_first.row.item())
     if judged is None and verifier is not None:
         judged = verifier.judge(named_first)
@@ -298,7 +298,7 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
     setting = record["setting"]
     if chosen is not None and setting is not None:
         accuracy = setting["accuracy"]
-        record["decided"] = decision_record(question, notes, before_proofs, chosen, accuracy)
+        record["decided"] = decision_record(named.question, notes, before_proofs, chosen, accuracy)
     row_of_first = named.records(named_first)[0]
     record["question"] = with_named_rows(record["question"], (record, row_of_first))
     return Made(record, named_first, row_of_first, judged)
@@ -325,7 +325,7 @@ def _with_proofs(solver: Solver, relevant: Solutions, to_prove: Rows, report: Re
         report: Called as each proof goes on.
     """
     while True:
-        named = NamedChoices.of(solver.question, relevant)
+        named = NamedChoices.of(solver.question.of_second_sample(), relevant)
         certificates: Certificates = {}
         named.certify(solver, certificates, report)
         proved = None

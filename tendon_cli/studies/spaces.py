@@ -35,7 +35,7 @@ from tendon_cli.studies.model_words import number_of_word, numbers_of_words
 from tendon_cli.studies.row_table import RowTable
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.usual import drawn_numbers
-from tendon_cli.studies.values import Grid, StudyNumber, draw_numbers
+from tendon_cli.studies.values import Grid, StudyNumber, draw_evenly, draw_numbers
 from tendon_cli.units import shorten
 
 if TYPE_CHECKING:
@@ -113,7 +113,8 @@ def named_axes(study: Study) -> tuple[NamedAxis, ...]:
 
 def _drawn(study: Study, count: int, seed: int) -> dict[str, Array]:
     """Return the study's own draws, (count,) each."""
-    return drawn_numbers(study, draw_numbers(study.to_draw, count, seed, study.correlation))
+    draw = draw_evenly if study.usual else draw_numbers
+    return drawn_numbers(study, draw(study.to_draw, count, seed, study.correlation))
 
 
 def row_axis(study: Study, table: RowTable) -> NamedAxis:

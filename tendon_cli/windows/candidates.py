@@ -23,6 +23,7 @@ LimitPair = tuple[str, ...]
 A single name is that of a limit that no pretension can keep.
 """
 
+
 def conflicts_of(solutions: Solutions) -> dict[LimitPair, Rows]:
     """Return the limits that leave choices without a window, and the places of these choices."""
     low = solutions.pretension_from
@@ -157,8 +158,7 @@ def summarise(choices: Solutions, question: Question) -> Note:
     if choices.feasible.any():
         stages = Order.of(question).stages(choices.select(choices.feasible))
         left = [
-            [[[*map(repr, scores)], count] for scores, count in counts.items()]
-            for counts in stages
+            [[[*map(repr, scores)], count] for scores, count in counts.items()] for counts in stages
         ]
     return {
         "choices": len(choices),

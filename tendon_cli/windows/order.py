@@ -20,11 +20,9 @@ from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.windows.advice import NO_ROOM
 from tendon_cli.windows.by_choice import Selection
 from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import Goal, Question
+from tendon_cli.windows.question import EQUAL, Goal, Question
 from tendon_cli.windows.solutions import Solutions
 
-EQUAL = 1e-9
-"""Relative difference up to which two values are a tie."""
 BUILT = "built"
 SERVED_ENOUGH = "served_enough"
 CAN_BE_SET = "can_be_set"
@@ -89,6 +87,23 @@ class Order:
         by_goals = solutions.scores((*self.goals, LEAST_TORQUE))
         return np.column_stack([self.first_scores(solutions), by_goals])
 
+    @property
+    def tie_breakers(self) -> tuple[Goal, ...]:
+        """Goals that decide in turn between choices that tie, before the values of their axes."""
+        if self.question.tie == EQUAL:
+            return (LEAST_TORQUE,)
+        return tuple(goal for goal in (LEAST_TENSION, LEAST_TORQUE) if goal not in self.goals)
+
+    def left(self, solutions: Solutions) -> list[Rows]:
+        """Return the places of the choices that each rule but the last leaves, ascending."""
+        rows = np.arange(len(solutions))
+        stages = []
+        for place, of_rule in enumerate(self.scores(solutions).T[:-1]):
+            tie = EQUAL if place < len(FIRST_RULES) else self.question.tie
+            rows = rows[of_rule[rows] >= _least_equal(of_rule[rows].max(), tie)]
+            stages.append(rows)
+        return stages
+
     def with_first(self, solutions: Solutions) -> Solutions:
         """Select the choices that are best by the rules before all goals."""
         return solutions.select(last_stage(self.first_scores(solutions)))
@@ -97,7 +112,9 @@ class Order:
 
     def best(self, solutions: Solutions) -> int:
         """Return the place of the choice that comes first; there is at least one."""
-        tied = last_stage(self.scores(solutions))
+        tied = self.left(solutions)[-1]
+        for of_rule in solutions.scores(self.tie_breakers).T:
+            tied = tied[of_rule[tied] >= _least_equal(of_rule[tied].max(), self.question.tie)]
         return int(tied[np.argmin(self.rank(solutions.points, tied))])
 
     def rank(self, points: Points, rows: Selection) -> Rows:
@@ -175,11 +192,11 @@ class Order:
         return numbers
 
 
-def last_stage(scores: Array) -> Rows:
+def last_stage(scores: Array, tie: float = EQUAL) -> Rows:
     """Return the rows of scores, (choices, rules), that tie by all rules, ascending."""
     rows = np.arange(len(scores))
     for of_rule in scores.T:
-        rows = rows[of_rule[rows] >= _least_equal(of_rule[rows].max())]
+        rows = rows[of_rule[rows] >= _least_equal(of_rule[rows].max(), tie)]
     return rows
 
 
@@ -203,11 +220,16 @@ def _may_be_left(scores: Array) -> list[tuple[Rows, Rows]]:
     return stages
 
 
-def _least_equal(top: npt.ArrayLike) -> Array:
-    """Return the smallest values that tie with the largest ones."""
+def _least_equal(top: npt.ArrayLike, tie: float = EQUAL) -> Array:
+    """Return the smallest values that tie with the largest ones.
+
+    Args:
+        top: The largest values.
+        tie: Relative difference up to which values are a tie.
+    """
     largest = np.asarray(top, dtype=np.float64)
     with np.errstate(invalid="ignore"):
-        return np.where(np.isfinite(largest), largest - EQUAL * np.abs(largest), largest)
+        return np.where(np.isfinite(largest), largest - tie * np.abs(largest), largest)
 
 
 def _groups_of_equals(group: Rows, values: Array) -> Rows:

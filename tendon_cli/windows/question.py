@@ -56,6 +56,10 @@ CONTACT_FROM = "arm.contact_from"
 """The strap presses at every angle of the smallest value: that suffices for all."""
 _ENDS_SUFFICE = (*LINEAR, LEAN, PRETENSION, CONTACT_FROM)
 
+EQUAL = 1e-9
+"""Relative difference up to which values that are equal but for rounding are a tie."""
+_TIE_OF_SAMPLES = 0.01
+"""Relative difference up to which values of samples are a tie."""
 _OF_SEARCH = 50
 """Factor on the time of a state whose window is sought pretension by pretension."""
 
@@ -148,6 +152,8 @@ class Question:
     sample is small and chooses among many."""
     sets_by_sample: bool = False
     """True if the best choices are solved again, and set, by a second and larger sample."""
+    tie: float = EQUAL
+    """Relative difference up to which the goals of two choices are a tie."""
     shows_own_f0: bool = False
     """True if the gauge is the answer's own: columns of pretension have F0 of the study's arm."""
     placement: Placement = Placement()
@@ -247,6 +253,12 @@ class Question:
             groups=selected.of,
         )
         return replace(self, conditions=few)
+
+    def of_second_sample(self) -> Self:
+        """Return this question about choices that the second sample has solved and set."""
+        if not self.sets_by_sample:
+            return self
+        return replace(self, enough=self.serve, tie=_TIE_OF_SAMPLES)
 
     def with_numbers(self, numbers: Numbers) -> Self:
         """Return this question with other or further numbers set by its conditions."""

@@ -347,9 +347,7 @@ class Solver:
         names = self.columns_of_motion
         return replace(of_states, motion=self.worst_of_motion(points, pretension, served, names))
 
-    def _take_largest(
-        self, largest: Array, rows: slice, conditions: slice, values: Array
-    ) -> None:
+    def _take_largest(self, largest: Array, rows: slice, conditions: slice, values: Array) -> None:
         """Raise the largest value of each group, (..., choices, groups), to those of a portion."""
         of = self.question.groups.of[conditions]
         firsts = np.flatnonzero(np.diff(of, prepend=-1))

@@ -15,7 +15,7 @@ from tendon_cli.space.space import Space
 from tendon_cli.windows.coverage import ROUNDING, effective_count_of_strata, serves
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import LEAN, Placement, Question, cost_per_design
-from tendon_cli.windows.solutions import ENDS, Solutions, solve
+from tendon_cli.windows.solutions import Binding, End, Solutions, solve
 from tendon_cli.windows.solver import Solver
 
 if TYPE_CHECKING:
@@ -125,13 +125,14 @@ class Verifier:
         """
         solved = solve(self.solver, choices.points)
         per_group = self.solver.question.groups.conditions_per_group
-        bindings = {}
-        for end in ENDS:
+
+        def of_own_sample(end: End) -> Binding:
             binding = solved.binding(end)
             own = choices.binding(end).condition
             condition = own - own % per_group + binding.condition % per_group
-            bindings[f"{end}_binding"] = replace(binding, condition=condition)
-        return replace(solved, **bindings)
+            return replace(binding, condition=condition)
+
+        return replace(solved, from_binding=of_own_sample("from"), to_binding=of_own_sample("to"))
 
     def judge(self, choice: Solutions) -> Verified | None:
         """Judge one choice at its pretension; return None if it has no pretension."""
