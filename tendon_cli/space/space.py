@@ -282,7 +282,7 @@ class Space:
                 else:
                     sets.append((place, given))
         scales = [*along_axes.get(scale_of(key), ())]
-        shifts = []
+        shifts: list[tuple[int, Array]] = []
         for candidate in candidates:
             scales += along_axes.get(factor_of(candidate), ())
             shifts += along_axes.get(shift_of(candidate), ())
