@@ -288,22 +288,32 @@ class Study(Displayed, StudyTables):
         return {**self.uncertain, **{key: usual.law() for key, usual in self.usual.items()}}
 
     def drawn(self) -> Study:
-        """Return the same study as an answer takes it: uncertain numbers are drawn.
-
-        So are usual deviations, unless the study states otherwise. All draws then get the same
-        reading of a gauge, as all suits do that are built alike; F0 is not to be seen.
-        """
+        """Return the same study with its uncertain numbers drawn, unless it states otherwise."""
         stated = self.uncertainty
-        drawing = Uncertainty()
-        if stated is not None:
-            drawing = stated
-            if not stated.asks_for_draws:
-                known = {"exact": stated.exact, "usual": stated.usual, "draws": drawing.draws}
-                drawing = Uncertainty().model_copy(update=known)
+        if not self.uncertain or (stated is not None and stated.asks_for_draws):
+            return self
+        return self.replaced({"uncertainty": self._drawing})
+
+    @property
+    def _drawing(self) -> Uncertainty:
+        """Draws of whoever draws although the study may not ask for it."""
+        stated = self.uncertainty
+        if stated is None or stated.asks_for_draws:
+            return stated or Uncertainty()
+        known = {"exact": stated.exact, "usual": stated.usual, "draws": Uncertainty().draws}
+        return Uncertainty().model_copy(update=known)
+
+    def for_answer(self) -> Study:
+        """Return the same study as an answer takes it: all that is not exact is drawn.
+
+        Usual deviations are among it, unless the study states otherwise. All draws and persons then
+        get the same reading of a gauge, as suits do that are built alike; F0 is not to be seen.
+        """
+        drawing = self._drawing
         study = self.replaced({"uncertainty": drawing})
         if drawing.usual and drawing.draws:
             study._usual = usual_deviations(self)  # noqa: SLF001 - another study of this class
-        if study.drawing is None:
+        if study.drawing is None and self.people is None:
             return self
         if not self.states_reading:
             setting = self.setting.model_copy(update={"read": READ_WHERE_DRAWN})

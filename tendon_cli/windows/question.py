@@ -403,7 +403,7 @@ def question_of(study: Study) -> Question:
         StudyError: It asks for a share, but has neither persons nor draws.
     """
     stated = study
-    study = study.drawn()
+    study = study.for_answer()
     is_drawn = study is not stated
     check_cases_are_exact(study)
     check_reading(study)

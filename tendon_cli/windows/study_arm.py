@@ -53,9 +53,14 @@ def given_pretensions(question: Question, points: Points) -> Array:
     """Return the given pretension as the question reads it, (choices,), N; NaN if none is given."""
     given = question.placement.given
     of_choices = np.full(len(points), np.nan if given is None else given)
-    if not question.placement.given_as_f0:
-        return of_choices
-    return _own_reading(question, points).shown(of_choices)
+    return as_read(question, points, of_choices) if question.placement.given_as_f0 else of_choices
+
+
+def as_read(question: Question, points: Points, pretensions: Array) -> Array:
+    """Return pretensions as columns have them as the question reads them, (choices,), N."""
+    if not question.shows_own_f0:
+        return pretensions
+    return _own_reading(question, points).shown(pretensions)
 
 
 def _own_reading(question: Question, points: Points) -> Reading:

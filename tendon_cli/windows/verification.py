@@ -53,8 +53,8 @@ class Verified:
     """True for the conditions that set an end of their member's window, (conditions,)."""
 
     def is_enough(self, serve: float) -> bool:
-        """Return True if the share is at least `serve`, apart from rounding."""
-        return self.value >= serve - ROUNDING
+        """Return True if the sample does not refute that so many are served."""
+        return self.interval[1] >= serve - ROUNDING
 
 
 @dataclass(frozen=True, eq=False)
