@@ -64,9 +64,7 @@ def states_cuffs(study: Study) -> bool:
     of_rows = {key for table in study.row_tables for key in table.keys}
     sides = (study.anchor, study.anchor.flexor, study.anchor.extensor)
     is_stated = any(side is not None and "stiffness" in side.model_fields_set for side in sides)
-    return is_stated or any(
-        split_side(key)[0] == ANCHOR_STIFFNESS for key in (*keys, *of_rows)
-    )
+    return is_stated or any(split_side(key)[0] == ANCHOR_STIFFNESS for key in (*keys, *of_rows))
 
 
 def served_with_cuffs(solver: Solver, choices: Solutions, stiffness: float) -> float:

@@ -161,6 +161,11 @@ class Question:
     """Numbers of the conditions that hold where a suit is set, (1,) each."""
 
     @property
+    def column_read(self) -> str:
+        """Gauge whose readings columns of pretension have."""
+        return F0 if self.shows_own_f0 else self.study.setting.read
+
+    @property
     def ranking(self) -> tuple[Goal, ...]:
         """Goals of the study, or if it leaves them open the usual ones."""
         usual = USUAL if self.conditions.groups is None else (SERVED, *USUAL)
