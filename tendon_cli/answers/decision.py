@@ -44,31 +44,31 @@ def decision_record(
         left = [*left[: len(rules)], Count(1, 1)]
     deciding = [place for place, counts in enumerate(pairwise(left)) if _drops_some(*counts)]
     decided_by = deciding[-1] if deciding else None
-    record: DecisionRecord = {
-        "rule": None if decided_by is None else rules[decided_by],
-        "choices": feasible if decided_by is None else left[decided_by].exact,
-        "after": [rules[place] for place in deciding[:-1]],
-        "left": left[-1].sure,
-        "is_settable": bool(best.settable[0] >= 1.0),
-        "can_be_set": bool(best.can_be_set[0]),
-        "by_default": _by_default(question),
-        "needed": NEEDED * accuracy,
-        "ties": 1,
-        "tied": [],
-        "broken_by": [],
-        "no_effect": without_effect(note["windows"] for note in notes),
-    }
+    record: DecisionRecord = DecisionRecord(
+        rule=None if decided_by is None else rules[decided_by],
+        choices=feasible if decided_by is None else left[decided_by].exact,
+        after=[rules[place] for place in deciding[:-1]],
+        left=left[-1].sure,
+        is_settable=bool(best.settable[0] >= 1.0),
+        can_be_set=bool(best.can_be_set[0]),
+        by_default=_by_default(question),
+        needed=NEEDED * accuracy,
+        ties=1,
+        tied=[],
+        broken_by=[],
+        no_effect=without_effect(note["windows"] for note in notes),
+    )
     if left[-1].sure > 1:
         with_window = choices.select(choices.feasible)
         scores = order.scores(with_window)
         tied = last_stage(scores[:, :-1])
         rank = order.rank(with_window.points, tied)
         in_order = tied[np.argsort(rank)]
-        record["ties"] = left[-1].sure
-        record["tied"] = [
+        record.ties = left[-1].sure
+        record.tied = [
             choice_values(question, with_window.points, row) for row in in_order[:MOST_TIED]
         ]
-        record["broken_by"] = _broken_by(order, with_window, tied)
+        record.broken_by = _broken_by(order, with_window, tied)
     return record
 
 
