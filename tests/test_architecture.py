@@ -23,6 +23,7 @@ GROUND = {
     "say",
     "display",
     "registry",
+    "typed_record",
     "units",
     "version",
 }
@@ -33,7 +34,8 @@ THE_FACE = ""
 # What each room, and each file at the root, may import of the package besides itself.
 MAY_IMPORT = {
     "version": set(),
-    "answer_record": set(),
+    "typed_record": set(),
+    "answer_record": {"typed_record"},
     "errors": set(),
     "startup": {"errors"},
     "terminal": {"errors"},

@@ -55,7 +55,7 @@ def _coefficients(columns: list[Array], ends: Array) -> list[float | None]:
         return [None] * len(columns)
     matrix = np.column_stack([*columns, np.ones(len(ends))])[is_known]
     fitted, *_ = np.linalg.lstsq(matrix, ends[is_known], rcond=None)
-    return fitted[:-1].tolist()
+    return [float(move) for move in fitted[:-1]]
 
 
 def states_cuffs(study: Study) -> bool:

@@ -27,6 +27,7 @@ from tendon_cli.space.axis import PERSON_AXIS, Axis
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import RowTarget
+from tendon_cli.typed_record import to_json
 from tendon_cli.windows.candidates import summarise
 from tendon_cli.windows.question import Question, affords_motion, question_of, rows_to_prove
 from tendon_cli.windows.solutions import solve
@@ -173,10 +174,8 @@ class Choices(Task):
         record = made.record
         if self.persons is not None:
             windows = GroupWindows.of(self.solver, made.chosen.points)
-            record["population"] = population(
-                self.solver, made.chosen, made.row, windows, made.judged
-            )
-        return {**record, "blocks": [*answer_blocks(record)], "text": answer_text(record)}
+            record.population = population(self.solver, made.chosen, made.row, windows, made.judged)
+        return {**to_json(record), "blocks": [*answer_blocks(record)], "text": answer_text(record)}
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:  # noqa: ARG002
         """Return no warnings: the record has its notes."""
@@ -195,7 +194,7 @@ class Choices(Task):
         named = named_rows(answer)
         for index in range(self.tables["choices"]):
             yield self._choices_file(index, finished, named)
-        population = answer["population"]
+        population = answer.population
         if self.persons is not None and population is not None:
             yield self._persons_file(self.persons, population)
 
@@ -204,7 +203,7 @@ class Choices(Task):
     ) -> FinalFile:
         """Return a file of choices; its part is read when the file is written."""
         part = self.part(index)
-        of_part = [row for row in named if row["choice"] in part]
+        of_part = [row for row in named if row.choice in part]
 
         def write(targets: Mapping[str, npt.NDArray[Any]], rows: range) -> None:
             values = answer_tables.completed_rows(self.question, finished(index), of_part, part)
@@ -215,8 +214,8 @@ class Choices(Task):
     def _persons_file(self, axis: Axis, population: PopulationRecord) -> FinalFile:
         """Return the file of persons or draws under the choice that the record names first."""
         table = _table_of(axis)
-        chosen = self.question.points(np.array([population["choice"]]))
-        pretension = np.nan if population["pretension"] is None else population["pretension"]
+        chosen = self.question.points(np.array([population.choice]))
+        pretension = np.nan if population.pretension is None else population.pretension
         windows = GroupWindows.of(self.solver, chosen)
         rows = answer_tables.person_rows(self.question, axis, windows, chosen, pretension)
         return (

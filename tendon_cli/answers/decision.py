@@ -48,29 +48,29 @@ def decision_record(
         left = [*left[: len(rules)], 1]
     deciding = [place for place, (before, after) in enumerate(pairwise(left)) if after < before]
     decided_by = deciding[-1] if deciding else None
-    record: DecisionRecord = {
-        "rule": None if decided_by is None else rules[decided_by],
-        "choices": left[0] if decided_by is None else left[decided_by],
-        "after": [rules[place] for place in deciding[:-1]],
-        "left": left[-1],
-        "is_settable": bool(best.settable[0] >= 1.0),
-        "can_be_set": bool(best.can_be_set[0]),
-        "by_default": _by_default(question),
-        "needed": NEEDED * accuracy,
-        "ties": 1,
-        "tied": [],
-        "broken_by": [],
-        "no_effect": without_effect(note["windows"] for note in notes),
-    }
+    record = DecisionRecord(
+        rule=None if decided_by is None else rules[decided_by],
+        choices=left[0] if decided_by is None else left[decided_by],
+        after=[rules[place] for place in deciding[:-1]],
+        left=left[-1],
+        is_settable=bool(best.settable[0] >= 1.0),
+        can_be_set=bool(best.can_be_set[0]),
+        by_default=_by_default(question),
+        needed=NEEDED * accuracy,
+        ties=1,
+        tied=[],
+        broken_by=[],
+        no_effect=without_effect(note["windows"] for note in notes),
+    )
     if left[-1] > 1:
         tied = order.left(with_window)[-1]
         rank = order.rank(with_window.points, tied)
         in_order = tied[np.argsort(rank)]
-        record["ties"] = left[-1]
-        record["tied"] = [
+        record.ties = left[-1]
+        record.tied = [
             choice_values(question, with_window.points, row) for row in in_order[:MOST_TIED]
         ]
-        record["broken_by"] = _broken_by(order, with_window, tied)
+        record.broken_by = _broken_by(order, with_window, tied)
     return record
 
 

@@ -97,31 +97,31 @@ def exact_numbers(
     }
     records: dict[str, ExactRecord] = {}
     for slope in sensitivities:
-        key = slope["key"]
+        key = slope.key
         common = split_side(key)[0]
         if common not in USUAL_DEVIATIONS or common not in stated or key in varied:
             continue
         usual = USUAL_DEVIATIONS[common]
-        deviation = usual.of(slope["value"])
+        deviation = usual.of(slope.value)
         if key not in records:
-            records[key] = {
-                "key": key,
-                "value": slope["value"],
-                "deviation": deviation,
-                "deviation_words": usual.text(common),
-                "source": usual.source,
-                "moves_from": None,
-                "moves_to": None,
-            }
-        change = slope["slope"] * deviation
-        if slope["end"] == "from":
-            records[key]["moves_from"] = change
+            records[key] = ExactRecord(
+                key=key,
+                value=slope.value,
+                deviation=deviation,
+                deviation_words=usual.text(common),
+                source=usual.source,
+                moves_from=None,
+                moves_to=None,
+            )
+        change = slope.slope * deviation
+        if slope.end == "from":
+            records[key].moves_from = change
         else:
-            records[key]["moves_to"] = change
+            records[key].moves_to = change
     moving = [record for record in records.values() if largest_move(record) > 0.0]
     return sorted(moving, key=lambda record: -largest_move(record))
 
 
 def largest_move(record: ExactRecord) -> float:
     """Return the larger change of either end by the usual error of a number, by magnitude, N."""
-    return max(abs(record["moves_from"] or 0.0), abs(record["moves_to"] or 0.0))
+    return max(abs(record.moves_from or 0.0), abs(record.moves_to or 0.0))

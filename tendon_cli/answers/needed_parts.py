@@ -77,14 +77,14 @@ def parts_record(solver: Solver, choice: Solutions, ends: Ends) -> PartsRecord |
     of_served = solver.for_question(question.within_groups(np.flatnonzero(served[0])))
     design = of_served.question.designs(choice.points.at_pretension(choice.pretension))
     failed = int(choice.advice[0])
-    return {
-        "strap": _strap(of_served, choice, design),
-        "rope": _rope(question, choice, design),
-        "spool": _spool(question, design),
-        "spring": _spring(of_served, choice, design),
-        "motor": _motor(of_served, choice),
-        "fails": [part for part, code in _CODES.items() if failed & code],
-    }
+    return PartsRecord(
+        strap=_strap(of_served, choice, design),
+        rope=_rope(question, choice, design),
+        spool=_spool(question, design),
+        spring=_spring(of_served, choice, design),
+        motor=_motor(of_served, choice),
+        fails=[part for part, code in _CODES.items() if failed & code],
+    )
 
 
 def _everyone(question: Question) -> Flags:
@@ -109,26 +109,26 @@ def _strap(solver: Solver, choice: Solutions, design: Design) -> StrapRecord | N
     force_per_length = float(worst.max_contact_pressure[0])  # T/R, N/m
     if np.isnan(force_per_length):
         return None
-    return {
-        "width": finite_or_none(_least(design.arm.contact_width)),
-        "pressure": finite_or_none(choice.worst.max_contact_pressure[0]),
-        "most_pressure": PAIN,
-        "least_width": force_per_length / PAIN,
-    }
+    return StrapRecord(
+        width=finite_or_none(_least(design.arm.contact_width)),
+        pressure=finite_or_none(choice.worst.max_contact_pressure[0]),
+        most_pressure=PAIN,
+        least_width=force_per_length / PAIN,
+    )
 
 
 def _rope(question: Question, choice: Solutions, design: Design) -> RopeRecord:
     """Return the rope that bears the largest tension with the customary reserve."""
     tension = float(choice.worst.max_tension[0])
     least = ROPE_SAFETY * tension
-    return {
-        "tension": tension,
-        "reserve": ROPE_SAFETY,
-        "least_breaking_force": least,
-        "least_diameter": _ROPE_DIAMETER * float(np.sqrt(max(0.0, least) / _ROPE_STRENGTH)),
-        "breaking_force": finite_or_none(_least(design.given[BREAKING_FORCE])),
-        "construction": question.study.tendon.rope,
-    }
+    return RopeRecord(
+        tension=tension,
+        reserve=ROPE_SAFETY,
+        least_breaking_force=least,
+        least_diameter=_ROPE_DIAMETER * float(np.sqrt(max(0.0, least) / _ROPE_STRENGTH)),
+        breaking_force=finite_or_none(_least(design.given[BREAKING_FORCE])),
+        construction=question.study.tendon.rope,
+    )
 
 
 def _spool(question: Question, design: Design) -> SpoolRecord:
@@ -143,16 +143,16 @@ def _spool(question: Question, design: Design) -> SpoolRecord:
     spool = float(np.broadcast_to(diameters[place], shape).flat[narrowest])
     rope = float(np.broadcast_to(ropes[place], shape).flat[narrowest])
     construction = question.study.tendon.rope
-    return {
-        "side": cast("Literal['flexor', 'extensor']", SIDES[place]),
-        "diameter": spool,
-        "rope_diameter": rope,
-        "ratio": spool / rope,
-        "construction": construction,
-        "least_diameter": WIDTHS[construction or _USUAL_ROPE] * rope,
-        "least_ratios": dict(WIDTHS),
-        "largest_ropes": {name: spool / ratio for name, ratio in WIDTHS.items()},
-    }
+    return SpoolRecord(
+        side=cast("Literal['flexor', 'extensor']", SIDES[place]),
+        diameter=spool,
+        rope_diameter=rope,
+        ratio=spool / rope,
+        construction=construction,
+        least_diameter=WIDTHS[construction or _USUAL_ROPE] * rope,
+        least_ratios=dict(WIDTHS),
+        largest_ropes={name: spool / ratio for name, ratio in WIDTHS.items()},
+    )
 
 
 def _spring(solver: Solver, choice: Solutions, design: Design) -> SpringRecord | None:
@@ -166,16 +166,16 @@ def _spring(solver: Solver, choice: Solutions, design: Design) -> SpringRecord |
     free_length: float | None = None
     if any(is_stated(solver.question, key) for key in keys):
         free_length = float(np.nanmax(np.asarray(design.given[FREE_LENGTH.key])))
-    record: SpringRecord = {
-        "stiffness": finite_or_none(stiffnesses[0]),
-        "travel": float(choice.worst.max_spring_extension[0]),
-        "free_length": free_length,
-        "room": finite_or_none(room),
-        "extension": None,
-        "distance": None,
-    }
+    record: SpringRecord = SpringRecord(
+        stiffness=finite_or_none(stiffnesses[0]),
+        travel=float(choice.worst.max_spring_extension[0]),
+        free_length=free_length,
+        room=finite_or_none(room),
+        extension=None,
+        distance=None,
+    )
     if np.isfinite(room):
-        record["extension"], record["distance"] = _tightest(solver, choice)
+        record.extension, record.distance = _tightest(solver, choice)
     return record
 
 
@@ -212,8 +212,8 @@ def _motor(solver: Solver, choice: Solutions) -> MotorRecord:
         names = ("peak_motor_speed", "peak_motor_power")
         everyone = _everyone(question)
         peaks = solver.worst_of_motion(choice.points, choice.pretension, everyone, names)
-    return {
-        "torque": abs(float(choice.worst.peak_motor_torque[0])),
-        "speed": finite_or_none(peaks["peak_motor_speed"][0]) if peaks else None,
-        "power": finite_or_none(peaks["peak_motor_power"][0]) if peaks else None,
-    }
+    return MotorRecord(
+        torque=abs(float(choice.worst.peak_motor_torque[0])),
+        speed=finite_or_none(peaks["peak_motor_speed"][0]) if peaks else None,
+        power=finite_or_none(peaks["peak_motor_power"][0]) if peaks else None,
+    )

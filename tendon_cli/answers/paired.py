@@ -89,14 +89,14 @@ def paired_shares(
     first, second = judges
     if first is None or second is None:
         return "no fresh sample judges both of them"
-    if any(choice["pretension"] is None for choice in choices):
+    if any(choice.pretension is None for choice in choices):
         return "one of them has no pretension"
     reason = _why_other_sample(questions[0].study, questions[1].study)
     if reason is not None:
         return reason
-    pretensions = [float(choice["pretension"] or 0.0) for choice in choices]
+    pretensions = [float(choice.pretension or 0.0) for choice in choices]
     points = [
-        question.points(np.array([choice["choice"]]))
+        question.points(np.array([choice.choice]))
         for question, choice in zip(questions, choices, strict=True)
     ]
     before = first.judge_at(points[0], pretensions[0])

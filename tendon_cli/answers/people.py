@@ -16,6 +16,7 @@ from tendon_cli.answer_record import (
     PopulationRecord,
     ReasonRecord,
     SexRecord,
+    ShareCurve,
     SizeRecord,
     SuitRecord,
     Values,
@@ -156,35 +157,35 @@ def population(
     count = len(curve.pretension)
     thinned = evenly_spaced(count, _MOST_OF_CURVE)
     values: Values = {axis.column: value_of(row, axis.column) for axis in question.choices.axes}
-    record: PopulationRecord = {
-        "choice": row["choice"],
-        "values": values,
-        "kind": groups.noun,
-        "count": len(windows.low),
-        "effective_count": groups.effective_count,
-        "counts": dict(groups.counts),
-        "window": [row["pretension_from"], row["pretension_to"]],
-        "pretension": row["pretension"],
-        "served": served,
-        "interval_95": groups.interval(served),
-        "served_verified": None if judged is None else verified_record(judged),
-        "largest_share": largest_share,
-        "largest_share_at": own_curve.best if largest_share > 0.0 else None,
-        "set": _spread_of_settings(question, chosen),
-        "by": by,
-        "curve": {
-            "pretension": curve.pretension[thinned].tolist(),
-            "share": curve.share[thinned].tolist(),
-            "low": curve.low[thinned].tolist(),
-            "high": curve.high[thinned].tolist(),
-        },
-        "not_served": reasons_not_served(question, windows, pretension, row),
-        "sizes": {} if people is None else dict(_sizes(solver, chosen)),
-        "sobol": indices(solver, chosen.points),
-        "title": "",
-    }
+    record: PopulationRecord = PopulationRecord(
+        choice=row.choice,
+        values=values,
+        kind=groups.noun,
+        count=len(windows.low),
+        effective_count=groups.effective_count,
+        counts=dict(groups.counts),
+        window=[row.pretension_from, row.pretension_to],
+        pretension=row.pretension,
+        served=served,
+        interval_95=groups.interval(served),
+        served_verified=None if judged is None else verified_record(judged),
+        largest_share=largest_share,
+        largest_share_at=own_curve.best if largest_share > 0.0 else None,
+        set=_spread_of_settings(question, chosen),
+        by=by,
+        curve=ShareCurve(
+            pretension=curve.pretension[thinned].tolist(),
+            share=curve.share[thinned].tolist(),
+            low=curve.low[thinned].tolist(),
+            high=curve.high[thinned].tolist(),
+        ),
+        not_served=reasons_not_served(question, windows, pretension, row.columns),
+        sizes={} if people is None else dict(_sizes(solver, chosen)),
+        sobol=indices(solver, chosen.points),
+        title="",
+    )
     fresh = None if judged is None else fresh_record(judged.sample)
-    record["title"] = population_title(question_record(question), record, fresh, question.serve)
+    record.title = population_title(question_record(question), record, fresh, question.serve)
     return record
 
 
@@ -247,12 +248,12 @@ def _sex_record(
         served: Share of them that is served.
         effective: Effective size of their sample.
     """
-    return {
-        "sex": sex,
-        "persons": persons,
-        "served": served,
-        "interval_95": [*say.interval(served, effective)],
-    }
+    return SexRecord(
+        sex=sex,
+        persons=persons,
+        served=served,
+        interval_95=[*say.interval(served, effective)],
+    )
 
 
 def reasons_not_served(
@@ -306,20 +307,20 @@ def reasons_not_served(
             bodies = dict(_differences(people, rows))
         under = [condition_values(question, condition) for condition in conditions]
         reasons.append(
-            {
-                "text": reason_words(facts, choice, limits, under),
-                "needs": need,
-                "limits": limits,
-                "conditions": conditions,
-                "under": under,
-                "count": len(members),
-                "share": share,
-                "interval_95": list(say.interval(share, effective_count(weights))),
-                "first": names[:_MOST_NAMES],
-                "bodies": bodies,
-            }
+            ReasonRecord(
+                text=reason_words(facts, choice, limits, under),
+                needs=need,
+                limits=limits,
+                conditions=conditions,
+                under=under,
+                count=len(members),
+                share=share,
+                interval_95=list(say.interval(share, effective_count(weights))),
+                first=names[:_MOST_NAMES],
+                bodies=bodies,
+            )
         )
-    return sorted(reasons, key=lambda reason: (-reason["share"], -reason["count"]))
+    return sorted(reasons, key=lambda reason: (-reason.share, -reason.count))
 
 
 def _most_frequent(question: Question, conditions: Rows) -> int:
@@ -340,11 +341,11 @@ def _differences(people: Population, members: Rows) -> Iterator[tuple[str, BodyR
     with np.errstate(divide="ignore", invalid="ignore"):
         difference = np.where(deviation > 0.0, (mean_of_members - mean) / deviation, 0.0)
     for dimension in np.argsort(-np.abs(difference), kind="stable"):
-        record: BodyRecord = {
-            "theirs": float(mean_of_members[dimension]),
-            "of_all": float(mean[dimension]),
-            "deviations": float(difference[dimension]),
-        }
+        record: BodyRecord = BodyRecord(
+            theirs=float(mean_of_members[dimension]),
+            of_all=float(mean[dimension]),
+            deviations=float(difference[dimension]),
+        )
         yield DIMENSIONS[dimension], record
 
 
@@ -386,12 +387,12 @@ def _size(axis: Axis, along: Rows, sizes: Sizes, persons: int) -> SizeRecord:
     """Return the record of the best few suits, whose choices are places in `along`."""
     suits: list[SuitRecord] = []
     for choice, pretension in zip(sizes.choices, sizes.pretensions, strict=True):
-        suits.append({"value": value_at(axis, along[choice]), "pretension": pretension})
-    return {
-        "choices": suits,
-        "served": sizes.share,
-        "interval_95": list(say.interval(sizes.share, persons)),
-        "persons": persons,
-        "values_tried": len(along),
-        "all_values": len(along) == len(axis),
-    }
+        suits.append(SuitRecord(value=value_at(axis, along[choice]), pretension=pretension))
+    return SizeRecord(
+        choices=suits,
+        served=sizes.share,
+        interval_95=list(say.interval(sizes.share, persons)),
+        persons=persons,
+        values_tried=len(along),
+        all_values=len(along) == len(axis),
+    )

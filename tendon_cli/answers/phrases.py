@@ -36,52 +36,47 @@ def value_words(axis: AxisRecord, value: Value, *, in_brackets: bool = False) ->
         value: The number, or the name of the value.
         in_brackets: True for words that stand in brackets: "d88: b₁ 88 mm".
     """
-    if axis["sets"] is not None:
-        told = ", ".join(axis.get("carries", {}).get(str(value), ()))
+    if axis.sets is not None:
+        told = ", ".join((axis.carries or {}).get(str(value), ()))
         if not told:
-            told = numbers_in_words(axis["sets"].get(str(value), {}), parameter)
-        return row_name(axis["key"], str(value), told, in_brackets=in_brackets)
-    if axis["named"]:
-        return word_of_key(axis["key"], str(value))
-    return parameter(axis["key"], value, axis.get("read"))
+            told = numbers_in_words(axis.sets.get(str(value), {}), parameter)
+        return row_name(axis.key, str(value), told, in_brackets=in_brackets)
+    if axis.named:
+        return word_of_key(axis.key, str(value))
+    return parameter(axis.key, value, axis.read)
 
 
 def choice_words(question: QuestionRecord, choice: ChoiceRecord | Values) -> str:
     """Say a choice by its value on each axis; empty if there is no axis."""
-    return ", ".join(
-        value_words(axis, value_of(choice, axis["column"])) for axis in question["choices"]
-    )
+    return ", ".join(value_words(axis, value_of(choice, axis.column)) for axis in question.choices)
 
 
 def short_choice_words(question: QuestionRecord, choice: ChoiceRecord | Values) -> str:
     """Say a choice by its value on each axis, parts by their names alone: "spring S5, motor M2"."""
     return ", ".join(
-        row_name(axis["key"], str(value_of(choice, axis["column"])), "")
-        if "carries" in axis
-        else value_words(axis, value_of(choice, axis["column"]))
-        for axis in question["choices"]
+        row_name(axis.key, str(value_of(choice, axis.column)), "")
+        if axis.carries is not None
+        else value_words(axis, value_of(choice, axis.column))
+        for axis in question.choices
     )
 
 
 def condition_words(question: QuestionRecord, condition: Values) -> str:
     """Say a condition, within brackets, by its value on each axis; empty if there is no axis."""
     return ", ".join(
-        value_words(axis, condition[axis["column"]], in_brackets=True)
-        for axis in question["conditions"]
+        value_words(axis, condition[axis.column], in_brackets=True) for axis in question.conditions
     )
 
 
 def condition_of_group(question: QuestionRecord, condition: Values) -> str:
     """Say a condition without the person and the draw that it belongs to."""
-    axes = [axis for axis in question["conditions"] if not _is_drawn(axis)]
-    return ", ".join(
-        value_words(axis, condition[axis["column"]], in_brackets=True) for axis in axes
-    )
+    axes = [axis for axis in question.conditions if not _is_drawn(axis)]
+    return ", ".join(value_words(axis, condition[axis.column], in_brackets=True) for axis in axes)
 
 
 def _is_drawn(axis: AxisRecord) -> bool:
     """Return True for an axis of persons, of draws, or of rows that are draws."""
-    return axis["key"] in SAMPLE_AXES or axis.get("drawn", False)
+    return axis.key in SAMPLE_AXES or axis.drawn
 
 
 def costs(row: ChoiceRecord | FixRecord) -> list[str]:
@@ -115,10 +110,10 @@ def everyone(counts: Mapping[str, int], count: int, kind: str) -> str:
 
 def own_sample(question: QuestionRecord) -> str:
     """Say of whom or what the study's own sample is: "the study's own 256 draws of this person"."""
-    draws = question["counts"].get(DRAW_AXIS, 0)
-    if question["counts"].get(PERSON_AXIS, 0) == 1 and draws > 1:
+    draws = question.counts.get(DRAW_AXIS, 0)
+    if question.counts.get(PERSON_AXIS, 0) == 1 and draws > 1:
         return f"the study's own {say.counted(draws, 'draw')} of this person"
-    whom = everyone(question["counts"], question["groups"], question["counted"])
+    whom = everyone(question.counts, question.groups, question.counted)
     return f"the study's own {whom.removeprefix('this ')}"
 
 
@@ -131,14 +126,14 @@ def bounds(question: QuestionRecord, *values: Mapping[str, Any]) -> dict[str, fl
         question: The question.
         values: Values by column: the row of a choice, and those of a condition on its axes.
     """
-    known: dict[str, float | None] = {**question["limits"]}
+    known: dict[str, float | None] = {**question.limits}
     on_axes = {column: value for of_axes in values for column, value in of_axes.items()}
-    for limit in question["own_limits"]:
+    for limit in question.own_limits:
         known[limit] = on_axes.get(bound_name(limit))
-    for axis in question["conditions"]:
-        limit_of_axis = limit_of(axis["key"])
-        of_rows = axis["limits"]
-        value = on_axes.get(axis["column"])
+    for axis in question.conditions:
+        limit_of_axis = limit_of(axis.key)
+        of_rows = axis.limits
+        value = on_axes.get(axis.column)
         if limit_of_axis is not None:
             known[limit_of_axis] = None if value is None else float(value)
         elif value is None:
@@ -150,25 +145,24 @@ def bounds(question: QuestionRecord, *values: Mapping[str, Any]) -> dict[str, fl
 
 def broken(question: QuestionRecord, limit: str, *values: Mapping[str, Any]) -> str:
     """Say what happens if a limit is not kept, with its bound for the values of `bounds`."""
-    return say.limit_words(limit, bounds(question, *values), question["read"]).broken
+    return say.limit_words(limit, bounds(question, *values), question.read).broken
 
 
 def sums_words(question: QuestionRecord, row: ChoiceRecord) -> str:
     """Say what a choice adds up of its parts: "price 141 EUR, mass 410 g in all"; or nothing."""
     texts = []
-    for column, carried in question.get("carried", {}).items():
-        value = carried_words(question, row, column)
-        if len(carried["tables"]) > 1 and value != "-":
+    for column, carried in question.carried.items():
+        value = carried_words(question, value_of(row, column), column)
+        if len(carried.tables) > 1 and value != "-":
             texts.append(f"{say.spaced(column)} {value}")
     return f"{', '.join(texts)} in all" if texts else ""
 
 
-def carried_words(question: QuestionRecord, row: ChoiceRecord | Values, column: str) -> str:
+def carried_words(question: QuestionRecord, value: Any, column: str) -> str:
     """Say a number that the parts of a choice carry along: "141 EUR"; "-" if it is not known."""
-    value = value_of(row, column)
     if value is None:
         return "-"
-    unit = question.get("carried", {})[column]["unit"]
+    unit = question.carried[column].unit
     return f"{float(value):,.12g} {unit}".rstrip()
 
 
@@ -194,24 +188,24 @@ class WindowEnd(NamedTuple):
 def lower_end(row: ChoiceRecord) -> WindowEnd:
     """Return the lower end of a choice's window."""
     return WindowEnd(
-        row["pretension_from"],
-        row["from_by"],
-        row["from_under"],
-        row["from_direction"],
-        row["from_elbow_angle"],
-        row.get("from_time"),
+        row.pretension_from,
+        row.from_by,
+        row.from_under,
+        row.from_direction,
+        row.from_elbow_angle,
+        row.columns.get("from_time"),
     )
 
 
 def upper_end(row: ChoiceRecord) -> WindowEnd:
     """Return the upper end of a choice's window."""
     return WindowEnd(
-        row["pretension_to"],
-        row["to_by"],
-        row["to_under"],
-        row["to_direction"],
-        row["to_elbow_angle"],
-        row.get("to_time"),
+        row.pretension_to,
+        row.to_by,
+        row.to_under,
+        row.to_direction,
+        row.to_elbow_angle,
+        row.columns.get("to_time"),
     )
 
 
@@ -220,9 +214,9 @@ def window_of(row: ChoiceRecord) -> tuple[float, float] | None:
 
     The window is empty if they are in the wrong order. Return None if no pretension could do.
     """
-    if row["pretension_from"] is None:
+    if row.pretension_from is None:
         return None
-    return ends_of([row["pretension_from"], row["pretension_to"]])
+    return ends_of([row.pretension_from, row.pretension_to])
 
 
 def ends_of(window: Sequence[float | None]) -> tuple[float, float]:
@@ -233,11 +227,11 @@ def ends_of(window: Sequence[float | None]) -> tuple[float, float]:
 
 def pretension_words(question: QuestionRecord, best: ChoiceRecord) -> str:
     """Say the pretension of a choice as it is read, rounded so that it stays in its window."""
-    pretension = best["pretension"]
+    pretension = best.pretension
     window = window_of(best)
     if pretension is None or window is None:
         return "-"
-    return f"{say.number_within(pretension, *window)} {question['unit']}"
+    return f"{say.number_within(pretension, *window)} {question.unit}"
 
 
 def lower_words(question: QuestionRecord, row: ChoiceRecord, gauge: str = "") -> str:
@@ -254,8 +248,10 @@ def lower_words(question: QuestionRecord, row: ChoiceRecord, gauge: str = "") ->
     if end.pretension < 0.0:
         return "no lower limit: no pretension is needed"
     value = say.number(end.pretension)
-    value = f"{value} {question['unit']}{gauge}"
-    return f"below {value} {broken(question, end.limit, row, end.under)}{where(question, end)}"
+    value = f"{value} {question.unit}{gauge}"
+    return (
+        f"below {value} {broken(question, end.limit, row.columns, end.under)}{where(question, end)}"
+    )
 
 
 def upper_words(question: QuestionRecord, row: ChoiceRecord, gauge: str = "") -> str:
@@ -270,12 +266,14 @@ def upper_words(question: QuestionRecord, row: ChoiceRecord, gauge: str = "") ->
     if end.limit is None or end.pretension is None:
         return "no upper limit"
     if end.pretension < 0.0:
-        noun, _ = say.setting_words(question["read"])
-        is_broken = broken(question, end.limit, row, end.under)
-        return f"at any {noun}, even 0 {question['unit']}, {is_broken}{where(question, end)}"
+        noun, _ = say.setting_words(question.read)
+        is_broken = broken(question, end.limit, row.columns, end.under)
+        return f"at any {noun}, even 0 {question.unit}, {is_broken}{where(question, end)}"
     value = say.number(end.pretension)
-    value = f"{value} {question['unit']}{gauge}"
-    return f"above {value} {broken(question, end.limit, row, end.under)}{where(question, end)}"
+    value = f"{value} {question.unit}{gauge}"
+    return (
+        f"above {value} {broken(question, end.limit, row.columns, end.under)}{where(question, end)}"
+    )
 
 
 def gap_words(question: QuestionRecord, row: ChoiceRecord, gap: float | None) -> Iterator[str]:
@@ -292,7 +290,7 @@ def gap_words(question: QuestionRecord, row: ChoiceRecord, gap: float | None) ->
     upper = upper_end(row)
     if upper.pretension is None or upper.limit is None or upper.pretension >= 0.0:
         yield f"{lower_words(question, row)},"
-        apart = "" if gap is None else f": {say.number(gap, 3)} {question['unit']} apart"
+        apart = "" if gap is None else f": {say.number(gap, 3)} {question.unit} apart"
         yield f"{upper_words(question, row)}{apart}"
         return
     if lower.limit != upper.limit:
@@ -314,12 +312,12 @@ def where(question: QuestionRecord, end: WindowEnd) -> str:
 
 def margins(question: QuestionRecord, row: ChoiceRecord) -> str:
     """Say by how much a given pretension lies within the window of a choice, or misses it."""
-    pretension = question["pretension"]
+    pretension = question.pretension
     window = window_of(row)
     if pretension is None or window is None or window[0] > window[1]:
         return "there is no window"
     low, high = window
-    unit = question["unit"]
+    unit = question.unit
     span = say.window_text(low, high, unit=unit)
     given = f"{say.number(pretension)} {unit}"
     if pretension < low:

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple, cast
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from tendon_cli.answer_record import (
     AnswerResults,
-    BestRecord,
     BetweenSamples,
-    CertificateRecord,
-    Checked,
+    ChecksRecord,
     ChoiceCertificate,
     ChoiceRecord,
     ConflictRecord,
     FixRecord,
     RelaxationRecord,
+    SensitivityRecord,
     TradeOffRecord,
     Values,
 )
@@ -162,18 +161,22 @@ class NamedChoices:
 
     def _record(self, number: int, row: dict[str, Any]) -> ChoiceRecord:
         """Return a choice from its row of the table, with the conditions that bind it."""
-        under = {}
+        under: dict[str, Any] = {}
         for end in ("from", "to"):
             binds = row[f"{end}_by"] is not None
             condition = row[f"{end}_condition"]
             under[f"{end}_under"] = condition_values(self.question, condition) if binds else {}
         judged = self.verified.get(number)
-        feasible = row["feasible"]
         if judged is not None:
-            feasible = feasible and judged.is_enough(self.question.serve)
-        of_sample = None if judged is None else verified_record(judged)
-        own = {"choice": number, **row, **under, "feasible": feasible, "served_verified": of_sample}
-        return cast("ChoiceRecord", own)
+            row["feasible"] = row["feasible"] and judged.is_enough(self.question.serve)
+        names = {field.name for field in fields(ChoiceRecord)}
+        return ChoiceRecord(
+            choice=number,
+            served_verified=None if judged is None else verified_record(judged),
+            columns={name: value for name, value in row.items() if name not in names},
+            **{name: value for name, value in row.items() if name in names},
+            **under,
+        )
 
 
 def certify_all(
@@ -251,12 +254,11 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
     if second is not None:
         relevant = second.set_choices(relevant)
     before_proofs = relevant
-    feasible = sum(note["feasible"] for note in notes)
     conflicts = Counter[LimitPair]()
     for note in notes:
         conflicts.update({tuple(names): count for names, count in note["conflicts"]})
     relevant, named, certificates, proved = _with_proofs(with_motion, relevant, to_prove, report)
-    feasible -= of_small_sample - int(relevant.feasible.sum())
+    lost = of_small_sample - int(relevant.feasible.sum())
     verifier = Verifier.of(solver)
     named.verify(verifier, proved)
     chosen = next(iter(named.best.values()), None)
@@ -277,30 +279,50 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
         remedies = _remedies(solver, relevant, conflicts, verifier)
     elif verifier is not None and judged is not None and not judged.is_enough(question.serve):
         remedies = _remedies_of_refuted(FreshSearch(verifier, solver, judged), chosen)
-    record: AnswerResults = {
-        "question": question_record(question),
-        "choices": sum(note["choices"] for note in notes),
-        "conditions": len(question.conditions),
-        "feasible": feasible,
-        "trade_offs": [*_trade_offs(named, relevant, certificates)],
-        "serve": question.serve,
-        "verified_by": None if verifier is None else fresh_record(verifier.sample),
-        **_best_record(solver, named, chosen, ends),
-        **_checks(solver, named_first),
-        "between_samples": between,
-        "proved": [] if proved is None else named.records(proved),
-        "conflicts": [*_conflicts(solver, named, relevant, conflicts)],
-        "fixes": [*remedies.fixes],
-        "would_take": [*remedies.relaxations],
-        "notes": [*_notes(question, verifier), *remedies.notes],
-        "population": None,
-    }
-    setting = record["setting"]
-    if chosen is not None and setting is not None:
-        accuracy = setting["accuracy"]
-        record["decided"] = decision_record(named.question, notes, before_proofs, chosen, accuracy)
+    parts = None
+    setting = None
+    drift = None
+    slopes: list[SensitivityRecord] = []
+    decided = None
+    if chosen is not None:
+        setting = setting_record(question, chosen, named.verified.get(chosen.row.item()))
+        drift = drift_record(question, chosen)
+        slopes = sensitivities(solver, chosen)
+        decided = decision_record(named.question, notes, before_proofs, chosen, setting.accuracy)
+        if ends is not None:
+            parts = parts_record(solver, chosen, ends)
+    best = {column: named.records(choice)[0] for column, choice in named.best.items()}
+    record = AnswerResults(
+        question=question_record(question),
+        choices=sum(note["choices"] for note in notes),
+        conditions=len(question.conditions),
+        feasible=sum(note["feasible"] for note in notes) - lost,
+        trade_offs=[*_trade_offs(named, relevant, certificates)],
+        serve=question.serve,
+        verified_by=None if verifier is None else fresh_record(verifier.sample),
+        goals=[goal_record(goal) for goal in question.goals],
+        best=next(iter(best.values()), None),
+        best_by={column: row for column, row in best.items() if column and not question.goals},
+        decided=decided,
+        given_up=named.given_up,
+        window_for_all=None if ends is None else _window_for_all(question, ends),
+        front=[] if named.front is None else named.records(named.front),
+        setting=setting,
+        drift=drift,
+        parts_needed=parts,
+        sensitivities=slopes,
+        taken_as_exact=exact_numbers(question, slopes),
+        checks=_checks(solver, named_first),
+        between_samples=between,
+        proved=[] if proved is None else named.records(proved),
+        conflicts=[*_conflicts(solver, named, relevant, conflicts)],
+        fixes=[*remedies.fixes],
+        would_take=[*remedies.relaxations],
+        notes=[*_notes(question, verifier), *remedies.notes],
+        population=None,
+    )
     row_of_first = named.records(named_first)[0]
-    record["question"] = with_named_rows(record["question"], (record, row_of_first))
+    record.question = with_named_rows(record.question, (record, row_of_first))
     return Made(record, named_first, row_of_first, judged)
 
 
@@ -374,7 +396,7 @@ def _trade_offs(
                 (record,) = named.records(proved)
             best.append(record)
         values = [value_at(axes[key], place) for place in range(len(axes[key]))]
-        yield {"key": key, "column": axes[key].column, "values": values, "best": best}
+        yield TradeOffRecord(key=key, column=axes[key].column, values=values, best=best)
 
 
 def _between_samples(
@@ -382,27 +404,26 @@ def _between_samples(
 ) -> BetweenSamples:
     """Return the record of all proofs, with the scope and curves of the choice named first."""
     scope = of_chosen.scope
-    of_each: list[ChoiceCertificate] = [
-        {"choice": row, **_certificate_record(certificate)}
+    of_each = [
+        ChoiceCertificate(
+            status=certificate.status,
+            cells=certificate.cells,
+            margin=certificate.margin,
+            estimate=certificate.estimate,
+            choice=row,
+        )
         for row, certificate in certificates.items()
     ]
-    return {
-        **_certificate_record(of_chosen),
-        "choices": of_each,
-        "method": PROOF_METHOD,
-        "scope": scope_words(scope.angles, scope.ranges, _times(solver.question)),
-        "curves": curves_of(solver, chosen, of_chosen.ends),
-    }
-
-
-def _certificate_record(certificate: Certificate) -> CertificateRecord:
-    """Return the record of the proof of one choice."""
-    return {
-        "status": certificate.status,
-        "cells": certificate.cells,
-        "margin": certificate.margin,
-        "estimate": certificate.estimate,
-    }
+    return BetweenSamples(
+        status=of_chosen.status,
+        cells=of_chosen.cells,
+        margin=of_chosen.margin,
+        estimate=of_chosen.estimate,
+        choices=of_each,
+        method=PROOF_METHOD,
+        scope=scope_words(scope.angles, scope.ranges, _times(solver.question)),
+        curves=curves_of(solver, chosen, of_chosen.ends),
+    )
 
 
 def _times(question: Question) -> tuple[float, float] | None:
@@ -414,8 +435,8 @@ def _times(question: Question) -> tuple[float, float] | None:
     return float(counted[0]), float(counted[-1])
 
 
-def _checks(solver: Solver, choice: Solutions) -> Checked:
-    """Return the checks of a choice at its pretension, as an entry of the record.
+def _checks(solver: Solver, choice: Solutions) -> ChecksRecord | None:
+    """Return the checks of a choice at its pretension, None without a trajectory.
 
     A choice without a window is checked at the pretension that it asks for, or else at the study's.
     """
@@ -425,41 +446,10 @@ def _checks(solver: Solver, choice: Solutions) -> Checked:
     at_pretension = choice.points.at_pretension(pretension)
     designs = (design for _, _, design in solver.portions(at_pretension))
     check = check_of_designs(solver.question.study, designs)
-    return {} if check is None else {"checks": {"cutoff": check}}
+    return None if check is None else ChecksRecord(cutoff=check)
 
 
 # --- The record -----------------------------------------------------------------------------------
-
-
-def _best_record(
-    solver: Solver, named: NamedChoices, chosen: Solutions | None, ends: Ends | None
-) -> BestRecord:
-    """Return the record of the best choices, and of the first of them on the bench, in SI."""
-    question = solver.question
-    best = {column: named.records(choice)[0] for column, choice in named.best.items()}
-    record: BestRecord = {
-        "goals": [goal_record(goal) for goal in question.goals],
-        "best": next(iter(best.values()), None),
-        "best_by": {column: row for column, row in best.items() if column and not question.goals},
-        "decided": None,
-        "given_up": named.given_up,
-        "window_for_all": None if ends is None else _window_for_all(question, ends),
-        "front": [] if named.front is None else named.records(named.front),
-        "setting": None,
-        "drift": None,
-        "parts_needed": None,
-        "sensitivities": [],
-        "taken_as_exact": [],
-    }
-    if chosen is not None:
-        judged = named.verified.get(chosen.row.item())
-        record["setting"] = setting_record(question, chosen, judged)
-        record["drift"] = drift_record(question, chosen)
-        if ends is not None:
-            record["parts_needed"] = parts_record(solver, chosen, ends)
-        record["sensitivities"] = sensitivities(solver, chosen)
-        record["taken_as_exact"] = exact_numbers(question, record["sensitivities"])
-    return record
 
 
 def _window_for_all(question: Question, ends: Ends) -> list[float | None] | None:
@@ -526,8 +516,8 @@ def _remedies_of_refuted(search: FreshSearch, chosen: Solutions) -> Remedies:
     changed = fixes(solver, chosen, search)
     relaxed = relaxations(solver, limits, chosen.points, search)
     if search.has_window:
-        changed = [fix for fix in changed if fix["after"] is not None]
-        relaxed = [demand for demand in relaxed if demand["after"] is not None]
+        changed = [fix for fix in changed if fix.after is not None]
+        relaxed = [demand for demand in relaxed if demand.after is not None]
     return Remedies(changed, relaxed)
 
 
@@ -543,13 +533,13 @@ def _conflicts(
     for pair, count in sorted(conflicts.items(), key=lambda of_pair: (-of_pair[1], of_pair[0])):
         closest = candidates.nearest(named.question, relevant.select(rows_of_pairs[pair]))
         gap = float(closest.pretension_from[0]) - float(closest.pretension_to[0])
-        yield {
-            "limits": list(pair),
-            "choices": count,
-            "gap": finite_or_none(gap),
-            "nearest": named.records(closest)[0],
-            "fails": _failing_conditions(solver, closest),
-        }
+        yield ConflictRecord(
+            limits=list(pair),
+            choices=count,
+            gap=finite_or_none(gap),
+            nearest=named.records(closest)[0],
+            fails=_failing_conditions(solver, closest),
+        )
 
 
 def _failing_conditions(solver: Solver, choice: Solutions) -> list[Values]:
@@ -564,9 +554,9 @@ def _failing_conditions(solver: Solver, choice: Solutions) -> list[Values]:
 
 def named_rows(record: AnswerResults) -> list[ChoiceRecord]:
     """Return the choices that a record names, in the order of their rows in the table."""
-    rows = [*record["proved"]]
-    if record["best"]:
-        rows.append(record["best"])
-    rows += [*record["best_by"].values(), *record["front"]]
-    named = {row["choice"]: row for row in rows}
+    rows = [*record.proved]
+    if record.best:
+        rows.append(record.best)
+    rows += [*record.best_by.values(), *record.front]
+    named = {row.choice: row for row in rows}
     return [named[choice] for choice in sorted(named)]

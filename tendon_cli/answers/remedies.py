@@ -100,7 +100,7 @@ def fixes(solver: Solver, choice: Solutions, search: FreshSearch | None = None) 
             all_fixes.append(_fix(solver, choice.points, key, before, search))
     return sorted(
         all_fixes,
-        key=lambda fix: abs(np.log(fix["after"] / fix["before"])) if fix["after"] else np.inf,
+        key=lambda fix: abs(np.log(fix.after / fix.before)) if fix.after else np.inf,
     )
 
 
@@ -174,22 +174,22 @@ def _fix(
         if least is not None:
             found.append((change, least))
     if not found:
-        return {
-            "parameter": key,
-            "before": before,
-            "after": None,
-            "plausible": (low, high),
-            "pretension": None,
-            "max_tension": None,
-            "max_spring_extension": None,
-            "peak_motor_torque": None,
-            "min_elbow_stiffness": None,
-            "max_contact_pressure": None,
-            "printed": "",
-            "printed_pretension": "",
-            "can_be_built": None,
-            "served_verified": None,
-        }
+        return FixRecord(
+            parameter=key,
+            before=before,
+            after=None,
+            plausible=(low, high),
+            pretension=None,
+            max_tension=None,
+            max_spring_extension=None,
+            peak_motor_torque=None,
+            min_elbow_stiffness=None,
+            max_contact_pressure=None,
+            printed="",
+            printed_pretension="",
+            can_be_built=None,
+            served_verified=None,
+        )
     change, least = min(
         found, key=lambda of: (not of[1].can_be_built, abs(np.log(of[1].least / before)))
     )
@@ -201,25 +201,25 @@ def _fix(
         after = least.least
         pretension = printed_pretension(solver.question, least.solved, digits=3)
         solved = change.solve(solver, np.array([after]), points, with_worst=True)
-    record: FixRecord = {
-        "parameter": key,
-        "before": before,
-        "after": after,
-        "plausible": (low, high),
-        "pretension": finite_or_none(solved.pretension[0]),
-        "max_tension": finite_or_none(solved.worst.max_tension[0]),
-        "max_spring_extension": finite_or_none(solved.worst.max_spring_extension[0]),
-        "peak_motor_torque": finite_or_none(solved.worst.peak_motor_torque[0]),
-        "min_elbow_stiffness": finite_or_none(solved.worst.min_elbow_stiffness[0]),
-        "max_contact_pressure": finite_or_none(solved.worst.max_contact_pressure[0]),
-        "printed": least.text,
-        "printed_pretension": pretension,
-        "can_be_built": least.can_be_built,
-        "served_verified": None if judged is None else verified_record(judged),
-    }
+    record: FixRecord = FixRecord(
+        parameter=key,
+        before=before,
+        after=after,
+        plausible=(low, high),
+        pretension=finite_or_none(solved.pretension[0]),
+        max_tension=finite_or_none(solved.worst.max_tension[0]),
+        max_spring_extension=finite_or_none(solved.worst.max_spring_extension[0]),
+        peak_motor_torque=finite_or_none(solved.worst.peak_motor_torque[0]),
+        min_elbow_stiffness=finite_or_none(solved.worst.min_elbow_stiffness[0]),
+        max_contact_pressure=finite_or_none(solved.worst.max_contact_pressure[0]),
+        printed=least.text,
+        printed_pretension=pretension,
+        can_be_built=least.can_be_built,
+        served_verified=None if judged is None else verified_record(judged),
+    )
     nearest = _nearest_part(solver.question, key, after)
     if nearest is not None:
-        record["nearest"] = nearest
+        record.nearest = nearest
     return record
 
 
@@ -243,7 +243,7 @@ def _nearest_part(question: Question, key: str, value: float) -> PartRecord | No
             distance = np.abs(np.log(values / value))
         in_order = np.lexsort([axis.rank, distance])  # NaN comes last
         row = int(in_order[0])
-        return {"table": axis.key, "name": axis.names[row], "value": float(values[row])}
+        return PartRecord(table=axis.key, name=axis.names[row], value=float(values[row]))
     return None
 
 
@@ -389,36 +389,36 @@ def _relaxation(solver: Solver, change: Change, search: FreshSearch | None) -> R
     least = _least(solver, change, search)
     if least is None:
         at_farthest = change.solve(solver, np.array([change.farthest]), change.points)
-        return {
-            "key": change.key,
-            "before": change.before,
-            "farthest": change.farthest,
-            "after": None,
-            "printed": "",
-            "choice": None,
-            "values": {},
-            "pretension": None,
-            "printed_pretension": "",
-            "served": _share(question, at_farthest.served.max()),
-            "can_be_built": None,
-            "served_verified": None,
-        }
+        return RelaxationRecord(
+            key=change.key,
+            before=change.before,
+            farthest=change.farthest,
+            after=None,
+            printed="",
+            choice=None,
+            values={},
+            pretension=None,
+            printed_pretension="",
+            served=_share(question, at_farthest.served.max()),
+            can_be_built=None,
+            served_verified=None,
+        )
     first = least.solved
     judged = least.judged
-    return {
-        "key": change.key,
-        "before": change.before,
-        "farthest": change.farthest,
-        "after": least.value,
-        "printed": least.text,
-        "choice": int(first.row[0]),
-        "values": choice_values(question, first.points, 0),
-        "pretension": float(first.pretension[0]),
-        "printed_pretension": least.judged_at or printed_pretension(question, first, digits=4),
-        "served": _share(question, first.served_at[0]),
-        "can_be_built": least.can_be_built,
-        "served_verified": None if judged is None else verified_record(judged),
-    }
+    return RelaxationRecord(
+        key=change.key,
+        before=change.before,
+        farthest=change.farthest,
+        after=least.value,
+        printed=least.text,
+        choice=int(first.row[0]),
+        values=choice_values(question, first.points, 0),
+        pretension=float(first.pretension[0]),
+        printed_pretension=least.judged_at or printed_pretension(question, first, digits=4),
+        served=_share(question, first.served_at[0]),
+        can_be_built=least.can_be_built,
+        served_verified=None if judged is None else verified_record(judged),
+    )
 
 
 def _share(question: Question, served: float) -> float | None:

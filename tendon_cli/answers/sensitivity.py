@@ -99,9 +99,9 @@ def sensitivities(solver: Solver, choice: Solutions) -> list[SensitivityRecord]:
         if _has_slopes(choice, end)
         for record in _of_end(solver.question, choice, end, numbers[end], changed.get(end, {}))
     ]
-    known = [record for record in records if np.isfinite(record["slope"])]
+    known = [record for record in records if np.isfinite(record.slope)]
     # Numbers that act alike, such as the length of a tendon and its modulus, keep their order.
-    return sorted(known, key=lambda record: -float(f"{abs(record['per_percent']):.9g}"))
+    return sorted(known, key=lambda record: -float(f"{abs(record.per_percent):.9g}"))
 
 
 def _solver_of_group(solver: Solver, choice: Solutions, end: End) -> Solver:
@@ -163,14 +163,14 @@ def _of_end(
         key: str, value: float, derivative: float, *, steady: bool = True
     ) -> SensitivityRecord:
         """Return the record of one number, SI, and the derivative of the end by it."""
-        return {
-            "end": end,
-            "key": key,
-            "value": value,
-            "slope": derivative,
-            "steady": steady,
-            "per_percent": derivative * value / 100.0,
-        }
+        return SensitivityRecord(
+            end=end,
+            key=key,
+            value=value,
+            slope=derivative,
+            steady=steady,
+            per_percent=derivative * value / 100.0,
+        )
 
     derivatives = dict.fromkeys(values, math.nan)
     if code != POWER and values:
@@ -444,14 +444,14 @@ def sobol(
         first, total = _saltelli(centred)
         of_inputs: dict[str, IndexRecord] = {}
         for place, key in enumerate(inputs):
-            of_inputs[key] = {
-                "name": input_words(key),
-                "first": float(first[place]),
-                "first_standard_error": float(first_error[place]),
-                "total": float(total[place]),
-                "total_standard_error": float(total_error[place]),
-            }
-        yield {"end": name, "standard_deviation": float(np.std(values[0])), "inputs": of_inputs}
+            of_inputs[key] = IndexRecord(
+                name=input_words(key),
+                first=float(first[place]),
+                first_standard_error=float(first_error[place]),
+                total=float(total[place]),
+                total_standard_error=float(total_error[place]),
+            )
+        yield SobolRecord(end=name, standard_deviation=float(np.std(values[0])), inputs=of_inputs)
 
 
 def _saltelli(values: Array) -> Array:

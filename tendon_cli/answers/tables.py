@@ -32,6 +32,7 @@ from tendon_cli.space.axis import Axis, split_side
 from tendon_cli.space.space import Space
 from tendon_cli.studies.values import RIGID
 from tendon_cli.tables.schema import Column, finite_or_none, stored_values
+from tendon_cli.typed_record import to_json
 from tendon_cli.windows.advice import ADVICE
 from tendon_cli.windows.by_choice import ColumnArrays
 from tendon_cli.windows.coverage import share_served
@@ -179,15 +180,18 @@ def completed_rows(
     columns = choice_columns(question)
     values = {column.name: stored_values(column, part.column(column.name)) for column in columns}
     flat_rows = [flat(record) for record in named]
-    places = [row["choice"] - rows.start for row in named]
+    places = [row.choice - rows.start for row in named]
     for column in _solved_columns(question):
         values[column.name][places] = [as_value(column, row[column.name]) for row in flat_rows]
     return values
 
 
 def _to_set(question: Question, choices: Solutions) -> Array:
-    """Return the pretensions to set, N; NaN for a choice without a window, unless it is given."""
-    if question.placement.given is not None:
+    """Return the pretensions to set, N; NaN for a choice without a window, unless it is given.
+
+    Where suits are drawn, a choice without a window is set to what serves most of them.
+    """
+    if question.placement.given is not None or question.sets_by_sample:
         return choices.pretension
     return np.where(choices.has_window, choices.pretension, np.nan)
 
@@ -426,11 +430,11 @@ def _as_list(column: Column, values: np.ndarray[Any, Any]) -> list[Any]:
 
 def flat(record: ChoiceRecord) -> dict[str, Any]:
     """Return a recorded choice with the judgement of a fresh sample in columns of its own."""
-    judged = record["served_verified"]
+    judged = record.served_verified
     values: Sequence[float | None] = [None] * len(VERIFIED)
     if judged is not None:
-        values = [judged["value"], *judged["interval_95"], judged["from"], judged["to"]]
-    return {**record, **dict(zip(VERIFIED, values, strict=True))}
+        values = [judged.value, *judged.interval_95, judged.from_, judged.to]
+    return {**to_json(record), **dict(zip(VERIFIED, values, strict=True))}
 
 
 def as_value(column: Column, value: Any) -> Any:

@@ -35,8 +35,8 @@ def exact_words(question: QuestionRecord, records: Sequence[ExactRecord]) -> str
     moves = []
     for record in named[:_MOST_MOVES]:
         end, move = _largest(record)
-        error = f"{record['deviation_words']} in {_symbol(record['key'])}"
-        moves.append(f"{error} moves the {end} end by {say.number(move, 2)} {question['unit']}")
+        error = f"{record.deviation_words} in {_symbol(record.key)}"
+        moves.append(f"{error} moves the {end} end by {say.number(move, 2)} {question.unit}")
     words = f"Taken as exact: {_symbols(named)}. An error of {', one of '.join(moves)}"
     if len(named) > 1:
         words += f"; usual errors of all of them together move {_together(question, named)}"
@@ -81,7 +81,7 @@ def _that_matter(records: Sequence[ExactRecord]) -> list[ExactRecord]:
 
 def _symbols(named: Sequence[ExactRecord], most: int = _MOST_NAMED) -> str:
     """List the first few numbers by their symbols, and count the others."""
-    symbols = [_symbol(record["key"]) for record in named[:most]]
+    symbols = [_symbol(record.key) for record in named[:most]]
     if len(named) > most:
         symbols.append(say.counted(len(named) - most, "other"))
     return say.join_words(symbols)
@@ -101,11 +101,11 @@ def _together(
     for end, together in _moved_ends(named).items():
         if together < _LEAST_MOVE:
             continue
-        words = f"the {end} end by {say.number(together, 2)} {question['unit']}"
+        words = f"the {end} end by {say.number(together, 2)} {question.unit}"
         away = _distance(best, end)
         if away < together:
             side = "above" if end == "lower" else "below"
-            words += f" (the setting is {say.number(away, 2)} {question['unit']} {side} it)"
+            words += f" (the setting is {say.number(away, 2)} {question.unit} {side} it)"
         ends.append(words)
     return say.join_words(ends)
 
@@ -113,8 +113,8 @@ def _together(
 def _moved_ends(named: Sequence[ExactRecord]) -> dict[str, float]:
     """Return how far all errors together move each end of the window, N."""
     changes = {
-        "lower": [record["moves_from"] for record in named],
-        "upper": [record["moves_to"] for record in named],
+        "lower": [record.moves_from for record in named],
+        "upper": [record.moves_to for record in named],
     }
     return {
         end: math.hypot(*(change for change in of_end if change is not None))
@@ -124,12 +124,12 @@ def _moved_ends(named: Sequence[ExactRecord]) -> dict[str, float]:
 
 def _distance(best: ChoiceRecord | None, end: str) -> float:
     """Return how far a setting lies within an end of its window, N; infinite if not known."""
-    if best is None or best["pretension"] is None:
+    if best is None or best.pretension is None:
         return math.inf
-    limit = best["pretension_from"] if end == "lower" else best["pretension_to"]
+    limit = best.pretension_from if end == "lower" else best.pretension_to
     if limit is None:
         return math.inf
-    return abs(best["pretension"] - limit)
+    return abs(best.pretension - limit)
 
 
 def _symbol(key: str) -> str:
@@ -141,6 +141,6 @@ def _symbol(key: str) -> str:
 
 def _largest(record: ExactRecord) -> tuple[str, float]:
     """Return the end of the window that a number moves more, and by how much, N."""
-    lower = abs(record["moves_from"] or 0.0)
-    upper = abs(record["moves_to"] or 0.0)
+    lower = abs(record.moves_from or 0.0)
+    upper = abs(record.moves_to or 0.0)
     return ("lower", lower) if lower > upper else ("upper", upper)

@@ -71,7 +71,7 @@ def first_words(record: AnswerResults, best: ChoiceRecord) -> str:
     empty: springs of 5 kN/m with a spool ratio of 0.6 work for all 4 loads." If the suit cannot be
     built or set, or a fresh sample refutes it, the sentence does not begin with "Set".
     """
-    suit = suit_words(record["question"], best)
+    suit = suit_words(record.question, best)
     serves = _serves(record, best, suit)
     setting = bench_words(record, best)
     failures = failure_words(record)
@@ -82,12 +82,12 @@ def first_words(record: AnswerResults, best: ChoiceRecord) -> str:
         return f"{_capital(suit.words)} {unsettable}. {at_setting}{but}."
     if not can_be_built(record):
         return f"{_capital(suit.words)} would be set to {setting}, but {failures}."
-    if best["feasible"] and suit.is_of_parts:
+    if best.feasible and suit.is_of_parts:
         return f"{_capital(suit.words)}: set {setting}; this {serves}{but}."
-    if best["feasible"]:
+    if best.feasible:
         return f"Set {setting}: {suit.words} {serves}{but}."
     nearest = ""
-    if record["choices"] > 1:
+    if record.choices > 1:
         nearest = f"{suit.verb('come', 'comes')} closest, but "
     refuted = f"{_capital(suit.words)} {nearest}{serves}"
     and_fails = f", and {failures}" if failures else ""
@@ -96,31 +96,31 @@ def first_words(record: AnswerResults, best: ChoiceRecord) -> str:
 
 def _serves(record: AnswerResults, best: ChoiceRecord, suit: Suit) -> str:
     """Say whom a suit serves: "work for all 4 loads", "serve 96 % of 10,000 new draws"."""
-    question = record["question"]
-    judged = best["served_verified"]
-    fresh = record["verified_by"]
+    question = record.question
+    judged = best.served_verified
+    fresh = record.verified_by
     serve = suit.verb("serve", "serves")
     work = suit.verb("work", "works")
     if judged is not None and fresh is not None:
-        return f"{serve} {judgement_words(fresh, judged, record['serve'])}"
-    population = record["population"]
+        return f"{serve} {judgement_words(fresh, judged, record.serve)}"
+    population = record.population
     if population is not None:
-        if population["count"] == 1:
-            return f"{work} for this {population['kind'].removesuffix('s')}"
+        if population.count == 1:
+            return f"{work} for this {population.kind.removesuffix('s')}"
         return f"{serve} {population_share(population)}"
-    if record["conditions"] == 1:
+    if record.conditions == 1:
         return f"{suit.verb('keep', 'keeps')} every limit"
     noun = _noun_of_condition(question)
-    if record["conditions"] == 2:
+    if record.conditions == 2:
         return f"{work} for both {noun}s"
-    return f"{work} for all {say.counted(record['conditions'], noun)}"
+    return f"{work} for all {say.counted(record.conditions, noun)}"
 
 
 def _noun_of_condition(question: QuestionRecord) -> str:
     """Return the noun for what the conditions are: "load" if they are loads alone."""
-    axes = question["conditions"]
+    axes = question.conditions
     if len(axes) == 1:
-        return {"load.mass": "load", "case": "case"}.get(axes[0]["key"], "condition")
+        return {"load.mass": "load", "case": "case"}.get(axes[0].key, "condition")
     return "condition"
 
 
@@ -138,8 +138,8 @@ def suit_words(question: QuestionRecord, row: ChoiceRecord) -> Suit:
     springs: list[str] = []
     others: list[str] = []
     is_plural = False
-    for axis in question["choices"]:
-        value = value_of(row, axis["column"])
+    for axis in question.choices:
+        value = value_of(row, axis.column)
         if _is_table(axis):
             rows.append(value_words(axis, value))
             continue
@@ -168,17 +168,17 @@ def suit_words(question: QuestionRecord, row: ChoiceRecord) -> Suit:
 
 def _is_table(axis: AxisRecord) -> bool:
     """Return True for the axis of a table of the study, whose rows are parts or samples."""
-    return axis["sets"] is not None and axis["key"] not in NAMED_AXES
+    return axis.sets is not None and axis.key not in NAMED_AXES
 
 
 def _part_words(axis: AxisRecord, value: Value) -> tuple[str, bool, bool]:
     """Say the value of a choice on an axis; return True if it is a spring, and if it is several."""
-    common, side = split_side(axis["key"])
+    common, side = split_side(axis.key)
     limit = limit_of(common)
-    if axis["named"] or axis["sets"] is not None:
+    if axis.named or axis.sets is not None:
         return value_words(axis, value), False, False
     if limit is not None:
-        read = axis.get("read", "pretension")
+        read = axis.read or "pretension"
         return say.limit_of_so_much(limit, float(value), read), False, False
     if common == "spring.stiffness":
         is_rigid = value == RIGID or math.isinf(float(value))
@@ -198,19 +198,19 @@ def _part_words(axis: AxisRecord, value: Value) -> tuple[str, bool, bool]:
 
 def bench_words(record: AnswerResults, best: ChoiceRecord) -> str:
     """Say what to set, on whom and in which posture: "168 N in the flexor ..., hand empty"."""
-    question = record["question"]
-    setting = record["setting"]
+    question = record.question
+    setting = record.setting
     tensions = _tensions(record, best)
     if setting is None:
         return tensions
     whom = on_whom(question, setting)
-    return f"{tensions}{whom}, {posture_words(question['joint'], setting)}"
+    return f"{tensions}{whom}, {posture_words(question.joint, setting)}"
 
 
 def _tensions(record: AnswerResults, best: ChoiceRecord) -> str:
     """Say the tensions to set where they are read, or the torque with the tensions beside it."""
-    question = record["question"]
-    read = question["read"]
+    question = record.question
+    read = question.read
     is_motor = is_read_at_motor(question)
     columns = SET_AT_MOTOR if is_motor else SET_AT_JOINT
     end = "motor" if is_motor else "joint"
@@ -234,7 +234,7 @@ def _tensions(record: AnswerResults, best: ChoiceRecord) -> str:
 
 def _digits(best: ChoiceRecord, tension: float) -> int:
     """Return as many digits as keep the rounding of a tension small beside the window."""
-    pretension = best["pretension"]
+    pretension = best.pretension
     window = window_of(best)
     if pretension is None or window is None or tension == 0.0:
         return _LEAST_DIGITS

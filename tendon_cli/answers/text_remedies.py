@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from tendon_cli import say
 from tendon_cli.answer_record import (
     AnswerResults,
     FixRecord,
-    FreshRecord,
     QuestionRecord,
     RelaxationRecord,
 )
@@ -30,21 +30,21 @@ _DEMANDS = {
 
 def fixes_table(question: QuestionRecord, fixes: Sequence[FixRecord]) -> Iterator[say.Block]:
     """Yield the table of the value that each parameter alone would have to take."""
-    is_judged = any(fix["served_verified"] is not None for fix in fixes)
-    lines = [["", question["unit"], *(["served"] if is_judged else []), *COSTS.values()]]
+    is_judged = any(fix.served_verified is not None for fix in fixes)
+    lines = [["", question.unit, *(["served"] if is_judged else []), *COSTS.values()]]
     idle = []
     not_built = []
     for fix in fixes:
-        if fix["after"] is None:
-            idle.append(keys()[fix["parameter"]].quantity.symbol)
+        if fix.after is None:
+            idle.append(keys()[fix.parameter].quantity.symbol)
             continue
         changed = f"{_change_words(fix)}{_nearest_words(fix)}"
-        if not fix["can_be_built"]:
+        if not fix.can_be_built:
             not_built.append(f"{changed} would help, but it cannot be built: {NO_ROOM}")
             continue
-        judged = fix["served_verified"]
-        share = [] if judged is None else [say.percent(judged["value"])]
-        lines.append([changed, fix["printed_pretension"], *share, *costs(fix)])
+        judged = fix.served_verified
+        share = [] if judged is None else [say.percent(judged.value)]
+        lines.append([changed, fix.printed_pretension, *share, *costs(fix)])
     yield say.heading("What changing one number would give, all else equal")
     if len(lines) > 1:
         yield say.table(lines)
@@ -58,33 +58,33 @@ def fix_words(question: QuestionRecord, fix: FixRecord) -> str:
 
     If no change of the number can be seen in print, it is the pretension that matters.
     """
-    before = parameter(fix["parameter"], fix["before"])
-    words = f"set to {fix['printed_pretension']} {question['unit']}"
-    if not before.endswith(f" {fix['printed']}"):
+    before = parameter(fix.parameter, fix.before)
+    words = f"set to {fix.printed_pretension} {question.unit}"
+    if not before.endswith(f" {fix.printed}"):
         words = f"{_change_words(fix)}{_nearest_words(fix)}, {words}"
-    judged = fix["served_verified"]
-    gains = [] if judged is None else [f"{say.percent(judged['value'])} served"]
+    judged = fix.served_verified
+    gains = [] if judged is None else [f"{say.percent(judged.value)} served"]
     of_costs = zip(COSTS.values(), costs(fix), strict=True)
     gains += [f"{head} {cost}" for head, cost in of_costs if cost != "-"]
     said = f"{words}: {', '.join(gains)}" if gains else words
-    return said if fix["can_be_built"] else f"{said}, but it cannot be built: {NO_ROOM}"
+    return said if fix.can_be_built else f"{said}, but it cannot be built: {NO_ROOM}"
 
 
 def _change_words(fix: FixRecord) -> str:
     """Say the change of a fix: "K from 3 kN/m to 3.4 kN/m"."""
-    key = fix["parameter"]
-    value = say.quantity(keys()[key].quantity, fix["before"])
-    name = parameter(key, fix["before"]).removesuffix(value).rstrip()
-    return f"{name} from {value} to {fix['printed']}"
+    key = fix.parameter
+    value = say.quantity(keys()[key].quantity, fix.before)
+    name = parameter(key, fix.before).removesuffix(value).rstrip()
+    return f"{name} from {value} to {fix.printed}"
 
 
 def _nearest_words(fix: FixRecord) -> str:
     """Name the row of a table that is nearest to the value of a fix, in brackets; or nothing."""
-    nearest = fix.get("nearest")
+    nearest = fix.nearest
     if nearest is None:
         return ""
-    value = parameter(fix["parameter"], nearest["value"])
-    return f" (nearest in the catalogue: {nearest['table']} {nearest['name']}, {value})"
+    value = parameter(fix.parameter, nearest.value)
+    return f" (nearest in the catalogue: {nearest.table} {nearest.name}, {value})"
 
 
 def quantity_of_demand(key: str) -> Quantity:
@@ -97,30 +97,30 @@ def relaxations_words(
     answer: AnswerResults, relaxations: Sequence[RelaxationRecord]
 ) -> Iterator[str]:
     """Say the value that each demand would have to take, and the suit that then serves."""
-    question = answer["question"]
-    fresh = answer["verified_by"]
+    question = answer.question
+    fresh = answer.verified_by
     not_enough = []
     for record in relaxations:
-        key = record["key"]
+        key = record.key
         quantity = quantity_of_demand(key)
         text = _DEMANDS.get(key, f"{key.removeprefix('limits.')} = {{}} instead of {{}}")
-        if record["after"] is None or record["pretension"] is None:
-            farthest = say.quantity(quantity, record["farthest"])
+        if record.after is None or record.pretension is None:
+            farthest = say.quantity(quantity, record.farthest)
             not_enough.append(text.partition(" instead of")[0].format(farthest))
             continue
-        changed = text.format(record["printed"], say.quantity(quantity, record["before"]))
-        others = [axis for axis in question["choices"] if axis["key"] != key]
-        values = [value_words(axis, record["values"][axis["column"]]) for axis in others]
-        pretension = f"{record['printed_pretension']} {question['unit']}"
+        changed = text.format(record.printed, say.quantity(quantity, record.before))
+        others = [axis for axis in question.choices if axis.key != key]
+        values = [value_words(axis, record.values[axis.column]) for axis in others]
+        pretension = f"{record.printed_pretension} {question.unit}"
         suit = f"{', '.join(values)} at {pretension}" if values else pretension
-        share = record["served"]
+        share = record.served
         some = "all" if share is None or share >= 1.0 else f"{say.percent(share)} of the"
-        whom = f"{some} {question['counted']}"
-        judged = record["served_verified"]
+        whom = f"{some} {question.counted}"
+        judged = record.served_verified
         if judged is not None and fresh is not None:
-            judges: FreshRecord = {**fresh, "count": judged["of"]}
-            whom = share_words(judges, judged, answer["serve"])
-        but = "" if record["can_be_built"] else f", but it cannot be built: {NO_ROOM}"
+            judges = replace(fresh, count=judged.of)
+            whom = share_words(judges, judged, answer.serve)
+        but = "" if record.can_be_built else f", but it cannot be built: {NO_ROOM}"
         yield f"{changed}: {suit} serves {whom}{but}"
     if not_enough:
         own = "its" if len(not_enough) == 1 else "their"

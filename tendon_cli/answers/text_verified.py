@@ -13,15 +13,15 @@ _ROUNDING = 1e-12
 
 def members(fresh: FreshRecord) -> str:
     """Say who or what judges: "10,000 newly drawn persons", "9,999 new draws for 3 persons"."""
-    count = f"{fresh['count']:,}"
-    several = "" if fresh["count"] == 1 else "s"
-    if fresh["kind"] == "persons":
+    count = f"{fresh.count:,}"
+    several = "" if fresh.count == 1 else "s"
+    if fresh.kind == "persons":
         return f"{count} newly drawn person{several}"
     whom = ""
-    if fresh["persons"] == 1:
+    if fresh.persons == 1:
         whom = " for this person"
-    elif fresh["persons"]:
-        whom = f" for these {fresh['persons']:,} persons"
+    elif fresh.persons:
+        whom = f" for these {fresh.persons:,} persons"
     return f"{count} new draw{several}{whom}"
 
 
@@ -40,19 +40,19 @@ def share_words(fresh: FreshRecord, judged: VerifiedRecord, serve: float) -> str
         judged: Its judgement.
         serve: Share that is enough: one that is less is never rounded to it.
     """
-    value = judged["value"]
-    low, high = judged["interval_95"]
+    value = judged.value
+    low, high = judged.interval_95
     return say.share_of(members(fresh), value, low, high, _share(value, serve))
 
 
 def is_enough(judged: VerifiedRecord, serve: float) -> bool:
     """Return True if the share is at least `serve`, apart from rounding."""
-    return judged["value"] >= serve - _ROUNDING
+    return judged.value >= serve - _ROUNDING
 
 
 def is_undecided(judged: VerifiedRecord, serve: float) -> bool:
     """Return True if the interval of the share holds the one asked for."""
-    low, high = judged["interval_95"]
+    low, high = judged.interval_95
     return low <= serve <= high
 
 
@@ -60,7 +60,7 @@ def verdict(fresh: FreshRecord, judged: VerifiedRecord, serve: float) -> str:
     """Say what the share means for the one asked for, after `share_words`; empty if it is more."""
     enough = say.percent(serve)
     if is_undecided(judged, serve):
-        return f", too close to {enough} to tell from {fresh['count']:,}"
+        return f", too close to {enough} to tell from {fresh.count:,}"
     return "" if is_enough(judged, serve) else f", not the {enough} asked for"
 
 

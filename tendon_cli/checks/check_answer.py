@@ -17,18 +17,18 @@ def check_answer(answer: Result, _worst: int) -> CheckResult:
     If a fresh sample judges it, this sample decides.
     """
     record = as_answer(answer.record)
-    best = record["best"]
-    choices = record["choices"]
-    feasible = record["feasible"]
-    conflicts = record["conflicts"]
-    holds = best is not None and best["feasible"]
+    best = record.best
+    choices = record.choices
+    feasible = record.feasible
+    conflicts = record.conflicts
+    holds = best is not None and best.feasible
     have = "has" if feasible == 1 else "have"
     counted = say.counted(choices, "choice")
-    lines = [f"{record['name']}: {feasible:,} of {counted} {have} a window of pretension"]
+    lines = [f"{record.name}: {feasible:,} of {counted} {have} a window of pretension"]
     if best is not None:
-        lines.append(f"  {say.name_joint(first_words(record, best), record['question']['joint'])}")
+        lines.append(f"  {say.name_joint(first_words(record, best), record.question.joint)}")
     else:
-        lines += [f"  {_conflict_words(conflict['limits'])}" for conflict in conflicts]
+        lines += [f"  {_conflict_words(conflict.limits)}" for conflict in conflicts]
     result = {
         "choices": choices,
         "feasible": feasible,

@@ -65,13 +65,13 @@ def check_of_designs(study: Study, designs: Iterable[Design]) -> CutoffCheck | N
     largest = np.fmax.reduce(np.array(demands), axis=0)  # (cutoffs, speed and power)
     cutoff = cutoff_of(study.motion)
     (speed, power), (lower_speed, lower_power) = largest.tolist()
-    return {
-        "cutoff": cutoff,
-        "lower": round(LOWER * cutoff, 12),
-        "peak_motor_speed": (_known(speed), _known(lower_speed)),
-        "peak_motor_power": (_known(power), _known(lower_power)),
-        "decides": _changes(speed, lower_speed) or _changes(power, lower_power),
-    }
+    return CutoffCheck(
+        cutoff=cutoff,
+        lower=round(LOWER * cutoff, 12),
+        peak_motor_speed=(_known(speed), _known(lower_speed)),
+        peak_motor_power=(_known(power), _known(lower_power)),
+        decides=_changes(speed, lower_speed) or _changes(power, lower_power),
+    )
 
 
 def _known(value: float) -> float | None:

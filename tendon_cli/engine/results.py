@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
+from tendon_cli.answer_record import ChecksRecord
 from tendon_cli.display import Displayed
 from tendon_cli.engine.folder import look
 from tendon_cli.engine.plan import Plan
@@ -164,7 +165,10 @@ class Run(Result):
         record = self.record
         designs = record["designs"]
         feasible = say.share(record["feasible"], designs, "design")
-        decided = say.cutoff_words(record.get("checks"))
+        checks = None
+        if "checks" in record:
+            checks = ChecksRecord.from_json(record["checks"])
+        decided = say.cutoff_words(checks)
         facts = [("note", decided)] if decided else []
         facts += [
             ("feasible", f"{feasible}: taut, stable and within every limit"),

@@ -45,9 +45,9 @@ class ChosenSuit:
         """
         record = as_answer(answer.record)
         choice = named_first(record) if row is None else choice_in_row(answer, row)
-        if choice is None or choice["pretension"] is None:
+        if choice is None or choice.pretension is None:
             raise UsageError(
-                f"{record['name']}: this choice has no pretension, so there is nothing to export",
+                f"{record.name}: this choice has no pretension, so there is nothing to export",
                 where="--choice",
                 hint="`tendon show` lists the choices of an answer",
             )
@@ -56,13 +56,13 @@ class ChosenSuit:
     @property
     def words(self) -> str:
         """Name of the study with the choice: "suit: springs of 5 kN/m"."""
-        return f"{self.record['name']}: {suit_words(self.record['question'], self.choice).words}"
+        return f"{self.record.name}: {suit_words(self.record.question, self.choice).words}"
 
     @cached_property
     def points(self) -> Points:
         """The choice at its pretension."""
-        pretension = np.array([float(self.choice["pretension"] or 0.0)])
-        points = self.question.points(np.array([self.choice["choice"]]))
+        pretension = np.array([float(self.choice.pretension or 0.0)])
+        points = self.question.points(np.array([self.choice.choice]))
         return points.at_pretension(as_read(self.question, points, pretension))
 
     @cached_property

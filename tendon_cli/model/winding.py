@@ -3,8 +3,8 @@
 A coil of wire d and mean diameter D = C d is stressed by τ = 8 F C K_w / (π d²), with Wahl's
 factor K_w = (4C - 1)/(4C - 4) + 0.615/C. Music wire bears 0.45 of its tensile strength A d^-m in a
 spring that is stretched often (Shigley, Mechanical Engineering Design, 10-4 and table 10-4). The
-stiffness asks for n = G d / (8 C³ k) coils. Unloaded, n + 1 coils touch, and each hook is as long as
-the inner diameter: L = (n + 1) d + 2 (C - 1) d.
+stiffness asks for n = G d / (8 C³ k) coils. Unloaded, n + 1 coils touch, and each hook is as long
+as the inner diameter: L = (n + 1) d + 2 (C - 1) d.
 """
 
 from __future__ import annotations

@@ -11,11 +11,14 @@ import re
 import textwrap
 from collections.abc import Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tendon_cli import units
 from tendon_cli.quantities import QUANTITIES, SIDES, Quantity, bound_name
 from tendon_cli.units import counted
+
+if TYPE_CHECKING:
+    from tendon_cli.answer_record import QuestionRecord
 
 WIDTH = 80
 """Columns of a text."""
@@ -150,17 +153,18 @@ def number_within(value: float, low: float, high: float, digits: int = 4) -> str
     return repr(value)
 
 
-def tolerance_that_is_enough(question: Mapping[str, Any], times: float = 1.0) -> str:
+def tolerance_that_is_enough(question: QuestionRecord, times: float = 1.0) -> str:
     """Write the tolerance of setting that is enough: "6 mm", or "15 N" if it is read as a tension.
 
     Args:
         question: Record of a question, with its accuracy and how many times this is enough.
         times: 2 for the width of a window of which the tolerance is half.
     """
-    needed = times * question["needed"]
-    length, tension = (question["accuracy"][kind] for kind in ("length", "tension"))
+    needed = times * question.needed
+    length = question.accuracy.length
+    tension = question.accuracy.tension
     if tension is not None:
-        return f"{number(needed * tension, 3)} {question['unit']}"
+        return f"{number(needed * tension, 3)} {question.unit}"
     return quantity("tolerance_length", needed * (length or 0.0))
 
 
