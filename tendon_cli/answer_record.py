@@ -472,20 +472,35 @@ class SensitivityRecord(Record):
 
 
 @dataclass(kw_only=True)
-class ExactRecord(Record):
-    """Effect of the usual error of a number that the study takes as exact, to first order."""
+class AssumedRecord(Record):
+    """A number that may be otherwise than a study says, and what that does."""
 
-    key: Annotated[str, "Dotted key of the number"]
-    value: Annotated[float, "Value of the number", "SI"]
-    deviation: Annotated[float, "Usual standard deviation of such a number", "SI"]
-    deviation_words: Annotated[str, 'The deviation in words: "5 mm", "20 %", "a factor of 2"']
+    key: Annotated[str, "Dotted key of the number, or of that of one side"]
+    value: Annotated[
+        float | None, "Value of the number in the choice named first; null for a rigid one", "SI"
+    ]
+    deviation: Annotated[
+        float | None, "Standard deviation of such a number; null where `other` says it", "SI"
+    ]
+    deviation_words: Annotated[str, 'The deviation in words: "5 mm", "20 %", "a factor of 1.4"']
+    kind: Annotated[
+        str,
+        'Shape in which it is drawn: "normal", "log-normal" or "uniform"; "exact" if it is not, '
+        '"given" if it is no deviation',
+    ]
     source: Annotated[str, "Reason why such a number deviates"]
+    from_: Annotated[str, 'Who says how far: "study", "usual", "fit" or "person"']
     moves_from: Annotated[
         float | None,
-        "Change of the lower end if the number grows by it; null if the end has no slope",
+        "Change of the lower end by this deviation, as it is read; null if it is not known",
         "N",
     ]
     moves_to: Annotated[float | None, "Change of the upper end", "N"]
+    other: Annotated[float | None, "Value that what is given may well have", "SI"] = None
+    served: Annotated[
+        float | None, "Share that the choice named first then serves as it is set"
+    ] = None
+    best: Annotated[float | None, "Largest share that any choice could then serve, set anew"] = None
 
 
 @dataclass(kw_only=True)
@@ -874,9 +889,14 @@ class AnswerResults(Record):
         list[SensitivityRecord],
         "Motion of the ends of the best choice's window, the largest per 1 % first",
     ]
-    taken_as_exact: Annotated[
-        list[ExactRecord],
-        "Numbers that the study takes as exact, the one that moves an end most first",
+    assumed: Annotated[
+        list[AssumedRecord],
+        "Numbers that deviate, drawn or taken as exact, and what is taken as given, such as rigid "
+        "cuffs; the one that moves an end most first",
+    ]
+    of_paper: Annotated[
+        list[str],
+        "Keys of the arm's numbers that the study does not state, so that they are the paper's",
     ]
     checks: Annotated[ChecksRecord | None, "There if a trajectory gives the motion"] = None
     between_samples: Annotated[

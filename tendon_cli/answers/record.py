@@ -11,6 +11,7 @@ import numpy as np
 
 from tendon_cli.answer_record import (
     AnswerResults,
+    AssumedRecord,
     BetweenSamples,
     ChecksRecord,
     ChoiceCertificate,
@@ -22,8 +23,13 @@ from tendon_cli.answer_record import (
     TradeOffRecord,
     Values,
 )
+from tendon_cli.answers.assumed import (
+    drawn_deviations,
+    exact_numbers,
+    largest_first,
+    taken_as_given,
+)
 from tendon_cli.answers.decision import decision_record
-from tendon_cli.answers.exact_numbers import exact_numbers
 from tendon_cli.answers.fresh_search import FreshSearch
 from tendon_cli.answers.limit_curves import curves_of
 from tendon_cli.answers.needed_parts import parts_record
@@ -62,11 +68,12 @@ from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
 from tendon_cli.model.window import Ends
 from tendon_cli.proof.certify import Certificate, Report, certify
 from tendon_cli.space.axis import PRETENSION
+from tendon_cli.space.space import Space
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows import candidates
 from tendon_cli.windows.candidates import LimitPair
 from tendon_cli.windows.coverage import serves
-from tendon_cli.windows.question import Question, affords_motion, rows_to_prove
+from tendon_cli.windows.question import Question, affords_motion, is_sought, rows_to_prove
 from tendon_cli.windows.solutions import Solutions, solve, solve_windows
 from tendon_cli.windows.solver import Solver
 from tendon_cli.windows.verification import Verified, Verifier
@@ -287,7 +294,7 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
     if chosen is not None:
         setting = setting_record(question, chosen, named.verified.get(chosen.row.item()))
         drift = drift_record(question, chosen)
-        slopes = sensitivities(solver, chosen)
+        slopes = sensitivities(*_nominal(solver, chosen))
         decided = decision_record(named.question, notes, before_proofs, chosen, setting.accuracy)
         if ends is not None:
             parts = parts_record(solver, chosen, ends)
@@ -311,7 +318,8 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
         drift=drift,
         parts_needed=parts,
         sensitivities=slopes,
-        taken_as_exact=exact_numbers(question, slopes),
+        assumed=_assumed(solver, named_first, relevant, verifier, judged, slopes),
+        of_paper=question.study.of_paper,
         checks=_checks(solver, named_first),
         between_samples=between,
         proved=[] if proved is None else named.records(proved),
@@ -447,6 +455,45 @@ def _checks(solver: Solver, choice: Solutions) -> ChecksRecord | None:
     designs = (design for _, _, design in solver.portions(at_pretension))
     check = check_of_designs(solver.question.study, designs)
     return None if check is None else ChecksRecord(cutoff=check)
+
+
+def _nominal(solver: Solver, choice: Solutions) -> tuple[Solver, Solutions]:
+    """Return the solver of the suit without deviations where these are drawn, and its solution."""
+    question = solver.question
+    if not question.study.usual:
+        return solver, choice
+    others = tuple(axis for axis in question.conditions.axes if axis.role != "draw")
+    exact = replace(question, conditions=Space(others), serve=1.0, enough=1.0, sets_by_sample=False)
+    of_suit = solver.for_question(exact)
+    return of_suit, solve(of_suit, choice.points)
+
+
+def _assumed(
+    solver: Solver,
+    choice: Solutions,
+    others: Solutions,
+    verifier: Verifier | None,
+    judged: Verified | None,
+    slopes: list[SensitivityRecord],
+) -> list[AssumedRecord]:
+    """Return what an answer assumes, what moves the window most first.
+
+    Args:
+        solver: Solver of the question.
+        choice: The choice that is named first.
+        others: All choices that may be named.
+        verifier: Judge; None without a fresh sample.
+        judged: Its judgement of the choice.
+        slopes: Derivatives of the ends of the window.
+    """
+    question = solver.question
+    if verifier is None or judged is None:
+        return largest_first(exact_numbers(question, slopes))
+    numbers = verifier.sample.axis.numbers
+    assumed = drawn_deviations(question, choice, numbers, *judged.windows)
+    if question.study.usual and not is_sought(question):
+        assumed += taken_as_given(solver, choice, others)
+    return largest_first(assumed)
 
 
 # --- The record -----------------------------------------------------------------------------------

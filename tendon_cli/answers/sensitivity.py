@@ -479,8 +479,8 @@ def indices(solver: Solver, points: Points) -> list[SobolRecord]:
     question = solver.question
     study = question.study
     drawing = study.drawing
-    if drawing is None:
-        return []
+    if drawing is None or study.usual:
+        return []  # the answer says what each deviation does to the window
     people = study.people.population if study.people is not None else None
     person_axis = question.axes.get(PERSON_AXIS)
     laws = study.to_draw

@@ -33,8 +33,13 @@ from tendon_cli.answers.phrases import (
     sums_words,
     window_of,
 )
+from tendon_cli.answers.text_assumed import (
+    cuffs_words,
+    deviations_words,
+    paper_words,
+    posture_words,
+)
 from tendon_cli.answers.text_bench import bench_heading, drift_words, to_set
-from tendon_cli.answers.text_exact import exact_words
 from tendon_cli.answers.text_order import (
     goal_name,
     state_words,
@@ -132,9 +137,14 @@ def _answer(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Block]:
         yield from _list(bench_heading(question, setting), to_set(record, best, setting))
     yield from _list(HEADING, _parts(record, best))
     yield from _list("What moves the window most, per 1 %", _moves(question, record.sensitivities))
-    exact = exact_words(question, record.taken_as_exact)
-    if exact:
-        yield say.sentence(exact)
+    for words in (
+        cuffs_words(record),
+        deviations_words(record, best),
+        posture_words(record),
+        paper_words(record),
+    ):
+        if words:
+            yield say.sentence(f"{words[0].upper()}{words[1:]}.")
     yield from _alternatives(record, best)
     yield from trade_off_blocks(record)
     yield from _list("Choices to be proved", (_proved(question, row) for row in record.proved))

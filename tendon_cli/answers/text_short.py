@@ -20,13 +20,19 @@ from tendon_cli.answer_record import (
 from tendon_cli.answers import phrases
 from tendon_cli.answers.phrases import pretension_words
 from tendon_cli.answers.text import conflict_words, edges_words, no_window_words, window_words
+from tendon_cli.answers.text_assumed import (
+    cuffs_words,
+    deviations_words,
+    errors_reach_setting,
+    paper_words,
+    posture_words,
+)
 from tendon_cli.answers.text_bench import (
     drift_words,
     other_end_words,
     shortening_words,
     spread_words,
 )
-from tendon_cli.answers.text_exact import errors_reach_setting, exact_short
 from tendon_cli.answers.text_first import first_words, suit_words
 from tendon_cli.answers.text_order import state_words, ties_words, why_first
 from tendon_cli.answers.text_parts import short_parts
@@ -141,10 +147,15 @@ def _rests_on(record: AnswerResults, best: ChoiceRecord) -> Iterator[Clause]:
         yield Clause(f"the window{of_sample} is {proof[0].lower()}{proof[1:]}")
     if whom and not is_judged_anew:
         yield Clause(f"the choice is made and judged by the same {whom.removeprefix('this ')}", 2)
-    numbers = record.taken_as_exact
-    exact = exact_short(question, numbers, best)
-    if exact:
-        yield Clause(exact, 1 if errors_reach_setting(numbers, best) else 3)
+    cuffs = cuffs_words(record)
+    if cuffs:
+        yield Clause(cuffs)
+    deviations = deviations_words(record, best)
+    if deviations:
+        yield Clause(deviations, 1 if errors_reach_setting(record, best) else 3)
+    for words in (posture_words(record), paper_words(record)):
+        if words:
+            yield Clause(words, 4)
     for note in record.notes:
         yield Clause(note, 9)
 

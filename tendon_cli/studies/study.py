@@ -340,6 +340,16 @@ class Study(Displayed, StudyTables):
         return tuple(key for key in OF_THE_BODY if key not in stated)
 
     @property
+    def of_paper(self) -> list[str]:
+        """Keys of the arm's numbers that the study does not state: they are the paper's."""
+        if self.people is not None or self.joint.excursion is not None:
+            return []
+        of_rows = {key for table in self.row_tables for key in table.keys}
+        names = [*ANCHORS, "forearm_mass", "forearm_com", "load_distance"]
+        unstated = [f"arm.{name}" for name in names if name not in self.arm.model_fields_set]
+        return [key for key in unstated if key not in of_rows]
+
+    @property
     def stated_anchors(self) -> tuple[str, ...]:
         """Names of the anchors that the study itself states, the elbow radius among them."""
         return tuple(name for name in ANCHORS if name in self.arm.model_fields_set)
