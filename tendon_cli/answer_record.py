@@ -586,10 +586,6 @@ class FixRecord(Record):
         "The value with its unit, rounded so that it gives a window when it is typed in",
     ]
     printed_pretension: Annotated[str, "A pretension in the window of the printed value", "N"]
-    can_be_built: Annotated[
-        bool | None,
-        "False if the flexor's spring then has no room; null if no value helps",
-    ]
     served_verified: Annotated[
         VerifiedRecord | None,
         "Judgement of a fresh sample on the printed value at that pretension; null without one",
@@ -625,10 +621,6 @@ class RelaxationRecord(Record):
         float | None,
         "Share of persons or draws that it serves, without a choice the largest at the farthest "
         "value; null without both",
-    ]
-    can_be_built: Annotated[
-        bool | None,
-        "False if the flexor's spring then has no room; null without a choice",
     ]
     served_verified: Annotated[
         VerifiedRecord | None,
@@ -976,6 +968,15 @@ def as_answer(record: Mapping[str, Any]) -> AnswerRecord:
         ValueError: An entry is missing, or of another type.
     """
     return AnswerRecord.from_json(record)
+
+
+def holds(record: AnswerResults) -> bool:
+    """Return True if the choice named first may be built and worn as the answer says.
+
+    It has a window, no fresh sample refutes it, and the suit can be set within it.
+    """
+    can_be_set = record.decided is None or record.decided.can_be_set
+    return record.best is not None and record.best.feasible and can_be_set
 
 
 # --- As it is read --------------------------------------------------------------------------------

@@ -17,8 +17,6 @@ from tendon_cli.answer_record import (
     ChoiceCertificate,
     ChoiceRecord,
     ConflictRecord,
-    FixRecord,
-    RelaxationRecord,
     SensitivityRecord,
     TradeOffRecord,
     Values,
@@ -30,7 +28,7 @@ from tendon_cli.answers.assumed import (
     taken_as_given,
 )
 from tendon_cli.answers.decision import decision_record
-from tendon_cli.answers.fresh_search import FreshSearch
+from tendon_cli.answers.help import Help, what_would_help
 from tendon_cli.answers.limit_curves import curves_of
 from tendon_cli.answers.needed_parts import parts_record
 from tendon_cli.answers.question_facts import (
@@ -41,21 +39,12 @@ from tendon_cli.answers.question_facts import (
     value_at,
     with_named_rows,
 )
-from tendon_cli.answers.remedies import (
-    choices_to_relax_for,
-    fixes,
-    members_to_judge,
-    relaxations,
-    sampled,
-)
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.setup import drift_record, setting_record
 from tendon_cli.answers.tables import VERIFIED, as_records, choice_columns, choice_rows
 from tendon_cli.answers.text_notes import (
     PROOF_METHOD,
-    note_on_judges,
     note_on_motion,
-    note_on_remedies,
     note_without_fresh_sample,
     scope_words,
 )
@@ -64,7 +53,6 @@ from tendon_cli.engine.cutoff_check import check_of_designs
 from tendon_cli.engine.plan import columns_of_motion
 from tendon_cli.engine.task import Note
 from tendon_cli.model.kinematics import Rows
-from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
 from tendon_cli.model.window import Ends
 from tendon_cli.proof.certify import Certificate, Report, certify
 from tendon_cli.space.axis import PRETENSION
@@ -80,14 +68,6 @@ from tendon_cli.windows.verification import Verified, Verifier
 
 Certificates = dict[int, Certificate]
 """Certificates by the rows of their choices, in the order of the proofs."""
-
-
-class Remedies(NamedTuple):
-    """Changes that would give a window, and notes on how they were found."""
-
-    fixes: Sequence[FixRecord] = ()
-    relaxations: Sequence[RelaxationRecord] = ()
-    notes: Sequence[str] = ()
 
 
 @dataclass(eq=False)
@@ -255,17 +235,15 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
     rows = np.unique([*relevant_rows, *to_prove.tolist()])
     with_motion = replace(solver, with_motion=affords_motion(question, len(rows)))
     solver = replace(solver, with_motion=False)
-    relevant = solve(with_motion, question.points(rows))
-    of_small_sample = int(relevant.feasible.sum())
-    second = Verifier.of(with_motion, second=True) if question.sets_by_sample else None
-    if second is not None:
-        relevant = second.set_choices(relevant)
-    before_proofs = relevant
+    of_own_sample = solve(with_motion, question.points(rows))
+    before_proofs = _set_by_second_sample(with_motion, of_own_sample)
     conflicts = Counter[LimitPair]()
     for note in notes:
         conflicts.update({tuple(names): count for names, count in note["conflicts"]})
-    relevant, named, certificates, proved = _with_proofs(with_motion, relevant, to_prove, report)
-    lost = of_small_sample - int(relevant.feasible.sum())
+    relevant, named, certificates, proved = _with_proofs(
+        with_motion, before_proofs, to_prove, report
+    )
+    lost = int(of_own_sample.feasible.sum()) - int(relevant.feasible.sum())
     verifier = Verifier.of(solver)
     named.verify(verifier, proved)
     chosen = next(iter(named.best.values()), None)
@@ -281,11 +259,10 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
     judged = named.verified.get(named_first.row.item())
     if judged is None and verifier is not None:
         judged = verifier.judge(named_first)
-    remedies = Remedies()
+    help_ = Help()
     if chosen is None:
-        remedies = _remedies(solver, relevant, conflicts, verifier)
-    elif verifier is not None and judged is not None and not judged.is_enough(question.serve):
-        remedies = _remedies_of_refuted(FreshSearch(verifier, solver, judged), chosen)
+        binding = {limit for pair in conflicts for limit in pair}
+        help_ = what_would_help(solver, named_first, binding, verifier)
     parts = None
     setting = None
     drift = None
@@ -323,15 +300,21 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
         checks=_checks(solver, named_first),
         between_samples=between,
         proved=[] if proved is None else named.records(proved),
-        conflicts=[*_conflicts(solver, named, relevant, conflicts)],
-        fixes=[*remedies.fixes],
-        would_take=[*remedies.relaxations],
-        notes=[*_notes(question, verifier), *remedies.notes],
+        conflicts=[*_conflicts(solver, named, of_own_sample, conflicts)],
+        fixes=[*help_.fixes],
+        would_take=[*help_.relaxations],
+        notes=[*_notes(question, verifier), *help_.notes],
         population=None,
     )
     row_of_first = named.records(named_first)[0]
     record.question = with_named_rows(record.question, (record, row_of_first))
     return Made(record, named_first, row_of_first, judged)
+
+
+def _set_by_second_sample(solver: Solver, choices: Solutions) -> Solutions:
+    """Return choices as a second and larger sample sets them, if the question has one."""
+    second = Verifier.of(solver, second=True) if solver.question.sets_by_sample else None
+    return choices if second is None else second.set_choices(choices)
 
 
 class WithProofs(NamedTuple):
@@ -519,53 +502,6 @@ def _notes(question: Question, verifier: Verifier | None) -> Iterator[str]:
     choices = len(question.choices)
     if columns_of_motion(question.study) and not affords_motion(question, choices):
         yield note_on_motion(choices)
-
-
-def _remedies(
-    solver: Solver,
-    relevant: Solutions,
-    conflicts: Counter[LimitPair],
-    verifier: Verifier | None,
-) -> Remedies:
-    """Return fixes, relaxations, and notes on them, where no choice has a window."""
-    question = solver.question
-    groups = question.groups
-    closest = candidates.nearest(question, relevant)
-    tried = sampled(question, closest)
-    notes = []
-    if len(tried.groups) < len(groups):
-        notes.append(note_on_remedies(len(tried.groups), len(groups), groups.noun))
-    limits = {limit for pair in conflicts for limit in pair}
-    points = choices_to_relax_for(question)
-    search = None
-    if verifier is not None:
-        judge = verifier.thinned(members_to_judge(verifier.solver.question))
-        search = FreshSearch(judge, solver)
-        if len(judge.sample) < len(verifier.sample):
-            notes.append(note_on_judges(len(judge.sample), fresh_record(verifier.sample)))
-    return Remedies(
-        fixes(solver.for_question(tried), closest, search),
-        relaxations(solver, limits, points, search),
-        notes,
-    )
-
-
-def _remedies_of_refuted(search: FreshSearch, chosen: Solutions) -> Remedies:
-    """Return fixes and relaxations for a choice that the fresh sample refutes.
-
-    If it serves enough at another pretension, they are needed only where it cannot be built there.
-    """
-    if search.has_window and search.can_be_built_within(chosen):
-        return Remedies()
-    solver = search.verifier.solver
-    codes = (chosen.from_binding.by[0], chosen.to_binding.by[0])
-    limits = {LIMIT_NAMES[code] for code in codes if code != NOTHING}
-    changed = fixes(solver, chosen, search)
-    relaxed = relaxations(solver, limits, chosen.points, search)
-    if search.has_window:
-        changed = [fix for fix in changed if fix.after is not None]
-        relaxed = [demand for demand in relaxed if demand.after is not None]
-    return Remedies(changed, relaxed)
 
 
 def _conflicts(

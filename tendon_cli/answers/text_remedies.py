@@ -19,7 +19,6 @@ from tendon_cli.space.axis import limit_of
 from tendon_cli.studies.axis_words import parameter
 from tendon_cli.studies.study import keys
 
-NO_ROOM = "the flexor's spring has no room"
 _DEMANDS = {
     "load.mass": "loads of at most {} instead of {}",
     "arm.upper_arm_angle": "an upper arm tilted by at most {} instead of {}",
@@ -33,22 +32,17 @@ def fixes_table(question: QuestionRecord, fixes: Sequence[FixRecord]) -> Iterato
     is_judged = any(fix.served_verified is not None for fix in fixes)
     lines = [["", question.unit, *(["served"] if is_judged else []), *COSTS.values()]]
     idle = []
-    not_built = []
     for fix in fixes:
         if fix.after is None:
             idle.append(keys()[fix.parameter].quantity.symbol)
             continue
         changed = f"{_change_words(fix)}{_nearest_words(fix)}"
-        if not fix.can_be_built:
-            not_built.append(f"{changed} would help, but it cannot be built: {NO_ROOM}")
-            continue
         judged = fix.served_verified
         share = [] if judged is None else [say.percent(judged.value)]
         lines.append([changed, fix.printed_pretension, *share, *costs(fix)])
     yield say.heading("What changing one number would give, all else equal")
     if len(lines) > 1:
         yield say.table(lines)
-    yield from say.items(not_built)
     if idle:
         yield from say.items([f"no plausible value of these helps: {', '.join(idle)}"])
 
@@ -66,8 +60,7 @@ def fix_words(question: QuestionRecord, fix: FixRecord) -> str:
     gains = [] if judged is None else [f"{say.percent(judged.value)} served"]
     of_costs = zip(COSTS.values(), costs(fix), strict=True)
     gains += [f"{head} {cost}" for head, cost in of_costs if cost != "-"]
-    said = f"{words}: {', '.join(gains)}" if gains else words
-    return said if fix.can_be_built else f"{said}, but it cannot be built: {NO_ROOM}"
+    return f"{words}: {', '.join(gains)}" if gains else words
 
 
 def _change_words(fix: FixRecord) -> str:
@@ -120,8 +113,7 @@ def relaxations_words(
         if judged is not None and fresh is not None:
             judges = replace(fresh, count=judged.of)
             whom = share_words(judges, judged, answer.serve)
-        but = "" if record.can_be_built else f", but it cannot be built: {NO_ROOM}"
-        yield f"{changed}: {suit} serves {whom}{but}"
+        yield f"{changed}: {suit} serves {whom}"
     if not_enough:
         own = "its" if len(not_enough) == 1 else "their"
         yield f"not enough on {own} own: {', '.join(not_enough)}"

@@ -204,8 +204,7 @@ def _other_pretension(record: AnswerResults, best: ChoiceRecord) -> Iterator[Cla
 def _help(record: AnswerResults) -> Iterator[Clause]:
     """Yield the cheapest fixes, and the demands that would have to be relaxed."""
     possible = [fix for fix in record.fixes if fix.after is not None]
-    fixes = sorted(possible, key=lambda fix: not fix.can_be_built)
-    words = [*dict.fromkeys(fix_words(record.question, fix) for fix in fixes)][:_MOST_FIXES]
+    words = [*dict.fromkeys(fix_words(record.question, fix) for fix in possible)][:_MOST_FIXES]
     for place, text in enumerate(words):
         yield Clause(text, min(place, 2))
     changes = [*relaxations_words(record, record.would_take)]
