@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.text_remedies import quantity_of_demand
+from tendon_cli.answers.text_parts import quantity_of_demand
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.quantities import Quantity
 from tendon_cli.space.axis import limit_of

@@ -1,8 +1,9 @@
-"""The rule by which an answer names one choice first, and what ties with it, in words."""
+"""Why an answer names one choice first, what ties with it, and what it takes as exact."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from tendon_cli import say
@@ -10,6 +11,7 @@ from tendon_cli.answer_record import (
     AnswerResults,
     ChoiceRecord,
     DecisionRecord,
+    ExactRecord,
     GoalRecord,
     QuestionRecord,
     value_of,
@@ -19,9 +21,6 @@ from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import limit_of
 from tendon_cli.studies.study import keys
 
-_HARDLY_ANY = 1e-4
-"""Share of the pretension up to which a tolerance is printed as 0."""
-
 _KEPT = {
     "built": "can be built",
     "served_enough": "serve enough",
@@ -29,9 +28,13 @@ _KEPT = {
     "advised": "keep the advice",
 }
 """Words for the choices that a rule before all goals leaves, by the rule."""
+_MOST_NAMED = 3
+"""Most numbers that are named where there is little room."""
+_LEAST_MOVE = 0.05
+"""Change of an end below which it is not said, N."""
 
 
-# --- Why it is named first ------------------------------------------------------------------------
+# --- The rule -------------------------------------------------------------------------------------
 
 
 def why_first(record: AnswerResults) -> str:
@@ -215,9 +218,6 @@ def goal_name(column: str) -> str:
     return say.column(column).removeprefix("max ").removeprefix("min ").removeprefix("peak ")
 
 
-# --- Ties -----------------------------------------------------------------------------------------
-
-
 def ties_words(record: AnswerResults) -> Iterator[str]:
     """Say which choices tie with the best one, what breaks the tie, and what does not matter."""
     decided = record.decided
@@ -232,7 +232,8 @@ def ties_words(record: AnswerResults) -> Iterator[str]:
         breaks = _breaks(decided)
         yield f"{decided.ties:,} choices tie: {_listed(named)}{f'; {breaks}' if breaks else ''}"
     symbols = [
-        f"the {_symbol(key)}" if limit_of(key) else _symbol(key) for key in decided.no_effect
+        f"the {symbol_of_axis(key)}" if limit_of(key) else symbol_of_axis(key)
+        for key in decided.no_effect
     ]
     if symbols:
         do = "does" if len(symbols) == 1 else "do"
@@ -260,13 +261,13 @@ def _breaks(decided: DecisionRecord) -> str:
         if key == "peak_motor_torque":
             words.append("the least motor torque decides")
         elif words:
-            words.append(f"then the smaller {_symbol(key)}")
+            words.append(f"then the smaller {symbol_of_axis(key)}")
         else:
-            words.append(f"the smaller {_symbol(key)} decides")
+            words.append(f"the smaller {symbol_of_axis(key)} decides")
     return ", ".join(words)
 
 
-def _symbol(key: str) -> str:
+def symbol_of_axis(key: str) -> str:
     """Say the number of an axis by its symbol, a limit in words, a named axis by its name."""
     limit = limit_of(key)
     if limit is not None:
@@ -274,30 +275,105 @@ def _symbol(key: str) -> str:
     return keys()[key].quantity.symbol if key in keys() else key
 
 
-# --- How far the setting may be off ---------------------------------------------------------------
+# --- Taken as exact -------------------------------------------------------------------------------
 
 
-def tolerance_words(row: ChoiceRecord) -> str:
-    """Say how far the setting may be off: "8.1 mm (31 %)"; "no upper end" if nothing bounds it."""
-    length = row.tolerance_length
-    if length is None:
-        return "no upper end"
-    return f"{tolerance_millimetres(row)} mm ({tolerance_percent(row)} %)"
+def exact_short(
+    question: QuestionRecord, records: Sequence[ExactRecord], best: ChoiceRecord
+) -> str:
+    """Say which numbers are taken as exact, and how far their errors move the window together.
+
+    "b₁, K and 6 others are taken as exact: their usual errors together move the lower end by 16 N
+    (the setting is 5.9 N above it)". Empty if none does.
+
+    Args:
+        question: The question.
+        records: Numbers, the one that moves an end most first.
+        best: The choice that is set.
+    """
+    named = _that_matter(records)
+    if not named:
+        return ""
+    moved = _together(question, named, best)
+    symbols = _symbols(named, _MOST_NAMED)
+    if len(named) == 1:
+        return f"{symbols} is taken as exact: its usual error moves {moved}"
+    return f"{symbols} are taken as exact: their usual errors together move {moved}"
 
 
-def tolerance_percent(row: ChoiceRecord) -> str:
-    """Say the tolerance in percent, "0" if there is hardly any, "-" without an upper end."""
-    tolerance = row.tolerance
-    if row.tolerance_length is None:
-        return "-"
-    if tolerance is not None and tolerance > _HARDLY_ANY:
-        return say.number(100.0 * tolerance, 2)
-    return "0"
+def errors_reach_setting(records: Sequence[ExactRecord], best: ChoiceRecord) -> bool:
+    """Return True if the usual errors together move an end of the window as far as the setting."""
+    moved = _moved_ends(_that_matter(records))
+    return any(_distance(best, end) < together for end, together in moved.items())
 
 
-def tolerance_millimetres(row: ChoiceRecord) -> str:
-    """Say the tolerance in millimetres, rounded down; "-" without an upper end."""
-    length = row.tolerance_length
-    if length is None:
-        return "-"
-    return say.length_to_spare(length).removesuffix(" mm")
+def _that_matter(records: Sequence[ExactRecord]) -> list[ExactRecord]:
+    """Select the numbers whose usual error moves an end so far that it is said."""
+    return [record for record in records if _largest(record)[1] >= _LEAST_MOVE]
+
+
+def _symbols(named: Sequence[ExactRecord], most: int = _MOST_NAMED) -> str:
+    """List the first few numbers by their symbols, and count the others."""
+    symbols = [_symbol(record.key) for record in named[:most]]
+    if len(named) > most:
+        symbols.append(say.counted(len(named) - most, "other"))
+    return say.join_words(symbols)
+
+
+def _together(
+    question: QuestionRecord, named: Sequence[ExactRecord], best: ChoiceRecord | None = None
+) -> str:
+    """Say how far all errors together move each end: the root of the sum of squares.
+
+    Args:
+        question: The question.
+        named: The numbers.
+        best: The choice that is set, to say how near the setting is to an end that moves farther.
+    """
+    ends = []
+    for end, together in _moved_ends(named).items():
+        if together < _LEAST_MOVE:
+            continue
+        words = f"the {end} end by {say.number(together, 2)} {question.unit}"
+        away = _distance(best, end)
+        if away < together:
+            side = "above" if end == "lower" else "below"
+            words += f" (the setting is {say.number(away, 2)} {question.unit} {side} it)"
+        ends.append(words)
+    return say.join_words(ends)
+
+
+def _moved_ends(named: Sequence[ExactRecord]) -> dict[str, float]:
+    """Return how far all errors together move each end of the window, N."""
+    changes = {
+        "lower": [record.moves_from for record in named],
+        "upper": [record.moves_to for record in named],
+    }
+    return {
+        end: math.hypot(*(change for change in of_end if change is not None))
+        for end, of_end in changes.items()
+    }
+
+
+def _distance(best: ChoiceRecord | None, end: str) -> float:
+    """Return how far a setting lies within an end of its window, N; infinite if not known."""
+    if best is None or best.pretension is None:
+        return math.inf
+    limit = best.pretension_from if end == "lower" else best.pretension_to
+    if limit is None:
+        return math.inf
+    return abs(best.pretension - limit)
+
+
+def _symbol(key: str) -> str:
+    """Return the symbol of a number, with its side if it is one side's."""
+    symbol = keys()[key].quantity.symbol
+    side = say.side_of(key)
+    return f"{symbol} of the {side}" if side else symbol
+
+
+def _largest(record: ExactRecord) -> tuple[str, float]:
+    """Return the end of the window that a number moves more, and by how much, N."""
+    lower = abs(record.moves_from or 0.0)
+    upper = abs(record.moves_to or 0.0)
+    return ("lower", lower) if lower > upper else ("upper", upper)
