@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Literal, TypeAlias
 
-from tendon_cli.typed_record import OTHERS, Record
+from tendon_cli.typed_record import AS_READ, OTHERS, Record
 
 Value: TypeAlias = float | str
 """Value on an axis: a number, SI, "rigid", or a name."""
@@ -115,8 +115,7 @@ class QuestionRecord(Record):
         'Unit of what is read, "N" or "N m"; that of pretensions, windows and their ends',
     ]
     pretension: Annotated[
-        float | None,
-        "Pretension of every choice, in this unit, if the question gives one",
+        float | None, "Pretension of every choice, in this unit, if the question gives one", AS_READ
     ]
     limits: Annotated[
         dict[str, float],
@@ -158,8 +157,10 @@ class VerifiedRecord(Record):
     value: Annotated[float, "Share that it serves"]
     interval_95: Annotated[Interval, "95 % interval of that of all who could have been drawn"]
     of: Annotated[int, "Number of persons or draws"]
-    from_: Annotated[float | None, "Least pretension that serves enough; null if none does", "N"]
-    to: Annotated[float | None, "Largest one; null also if nothing bounds it", "N"]
+    from_: Annotated[
+        float | None, "Least pretension that serves enough; null if none does", AS_READ
+    ]
+    to: Annotated[float | None, "Largest one; null also if nothing bounds it", AS_READ]
 
 
 @dataclass(kw_only=True)
@@ -167,45 +168,7 @@ class ChoiceRecord(Record):
     """A row of `choices.parquet`, with its place."""
 
     choice: Annotated[int, "Row in `choices.parquet`"]
-    pretension_from: Annotated[
-        float | None,
-        "Lower end of the window; null if no pretension could do",
-        "N",
-    ]
-    pretension_to: Annotated[
-        float | None,
-        "Upper end of the window; null if nothing bounds it",
-        "N",
-    ]
-    windows: Annotated[int, "Number of intervals of pretension that serve enough"]
-    tolerance: Annotated[float | None, "Share by which the pretension may be off to either side"]
-    from_by: Annotated[str | None, "Limit that binds below, or what no pretension could keep"]
-    to_by: Annotated[str | None, "Limit that binds above"]
-    from_condition: Annotated[int, "Row of `conditions.parquet` that binds below"]
-    to_condition: Annotated[int, "Row of `conditions.parquet` that binds above"]
-    from_under: Annotated[Values, "Values of the condition that binds below"]
-    to_under: Annotated[Values, "Values of the condition that binds above"]
-    from_direction: Annotated[
-        str | None,
-        "Direction of the state that binds below; null where the limit belongs to no state",
-    ]
-    to_direction: Annotated[str | None, "Direction of the state that binds above"]
-    from_elbow_angle: Annotated[float | None, "Elbow angle that binds below", "rad"]
-    to_elbow_angle: Annotated[float | None, "Elbow angle that binds above", "rad"]
-    served: Annotated[
-        float | None,
-        "Largest share of persons or draws that one pretension serves; null without both",
-    ]
-    served_at: Annotated[
-        float | None,
-        "Share of persons or draws that `pretension` serves; null without both",
-    ]
-    pretension: Annotated[float | None, "Pretension to which the choice is set", "N"]
-    max_tension: Annotated[float | None, "Largest tension of either tendon", "N"]
-    max_spring_extension: Annotated[float | None, "Largest extension of either spring", "m"]
-    peak_motor_torque: Annotated[float | None, "Motor torque of the largest magnitude", "N m"]
-    min_elbow_stiffness: Annotated[float | None, "Smallest stiffness of the elbow", "N m/rad"]
-    max_contact_pressure: Annotated[float | None, "Largest pressure of the strap", "Pa"]
+    columns: Annotated[dict[str, Any], OTHERS]
     set_flexor_tension: Annotated[float | None, "Tension to set in the flexor at the joint", "N"]
     set_extensor_tension: Annotated[
         float | None,
@@ -232,6 +195,45 @@ class ChoiceRecord(Record):
         "The same at the upper end; null if nothing bounds it",
         "N",
     ]
+    pretension: Annotated[float | None, "Pretension to which the choice is set", AS_READ]
+    pretension_from: Annotated[
+        float | None,
+        "Lower end of the window; null if no pretension could do",
+        AS_READ,
+    ]
+    pretension_to: Annotated[
+        float | None,
+        "Upper end of the window; null if nothing bounds it",
+        AS_READ,
+    ]
+    windows: Annotated[int, "Number of intervals of pretension that serve enough"]
+    tolerance: Annotated[float | None, "Share by which the pretension may be off to either side"]
+    from_by: Annotated[str | None, "Limit that binds below, or what no pretension could keep"]
+    to_by: Annotated[str | None, "Limit that binds above"]
+    from_condition: Annotated[int, "Row of `conditions.parquet` that binds below"]
+    to_condition: Annotated[int, "Row of `conditions.parquet` that binds above"]
+    from_under: Annotated[Values, "Values of the condition that binds below"]
+    to_under: Annotated[Values, "Values of the condition that binds above"]
+    from_direction: Annotated[
+        str | None,
+        "Direction of the state that binds below; null where the limit belongs to no state",
+    ]
+    to_direction: Annotated[str | None, "Direction of the state that binds above"]
+    from_elbow_angle: Annotated[float | None, "Elbow angle that binds below", "rad"]
+    to_elbow_angle: Annotated[float | None, "Elbow angle that binds above", "rad"]
+    served: Annotated[
+        float | None,
+        "Largest share of persons or draws that one pretension serves; null without both",
+    ]
+    served_at: Annotated[
+        float | None,
+        "Share of persons or draws that `pretension` serves; null without both",
+    ]
+    max_tension: Annotated[float | None, "Largest tension of either tendon", "N"]
+    max_spring_extension: Annotated[float | None, "Largest extension of either spring", "m"]
+    peak_motor_torque: Annotated[float | None, "Motor torque of the largest magnitude", "N m"]
+    min_elbow_stiffness: Annotated[float | None, "Smallest stiffness of the elbow", "N m/rad"]
+    max_contact_pressure: Annotated[float | None, "Largest pressure of the strap", "Pa"]
     tolerance_length: Annotated[
         float | None,
         "Half the window as a length of both tendons; null if nothing bounds it",
@@ -252,7 +254,6 @@ class ChoiceRecord(Record):
         "Judgement of a fresh sample; null without one, and for choices that are not named",
     ]
     on_front: Annotated[bool, "True if no other choice is as good in all goals and better in one"]
-    columns: Annotated[dict[str, Any], OTHERS]
 
 
 @dataclass(kw_only=True)
@@ -261,8 +262,10 @@ class CertificateRecord(Record):
 
     status: Annotated[str, "One of `say.STATUSES`"]
     cells: Annotated[int, "Number of cells that were tried"]
-    margin: Annotated[float, "Distance from both ends within which the window is not proved", "N"]
-    estimate: Annotated[float | None, "Estimated error of the ends that are not proved", "N"]
+    margin: Annotated[
+        float, "Distance from both ends within which the window is not proved", AS_READ
+    ]
+    estimate: Annotated[float | None, "Estimated error of the ends that are not proved", AS_READ]
 
 
 @dataclass(kw_only=True)
@@ -298,9 +301,9 @@ class CurvesRecord(Record):
     lower: Annotated[
         dict[str, list[float | None]],
         "Least pretension by limit; null where the limit asks for nothing",
-        "N",
+        AS_READ,
     ]
-    upper: Annotated[dict[str, list[float | None]], "Largest pretension by limit", "N"]
+    upper: Annotated[dict[str, list[float | None]], "Largest pretension by limit", AS_READ]
 
 
 @dataclass(kw_only=True)
@@ -336,7 +339,9 @@ class SettingRecord(Record):
         "Growth of what is read per metre taken from both tendons, its unit per metre",
     ]
     accuracy: Annotated[float, "Accuracy of setting as a length of both tendons", "m"]
-    reserve: Annotated[float, "Tension of the kind that is read that this accuracy is worth", "N"]
+    reserve: Annotated[
+        float, "Tension of the kind that is read that this accuracy is worth", AS_READ
+    ]
     too_long: Annotated[
         float | None,
         "Length by which both tendons may be too long for the pretension; null without a window "
@@ -354,7 +359,7 @@ class SettingRecord(Record):
 class DriftRecord(Record):
     """Motion of the joint that is let go at 10 % beyond the upper end of the window."""
 
-    pretension: Annotated[float, "Pretension", "N"]
+    pretension: Annotated[float, "Pretension", AS_READ]
     start: Annotated[float, "Angle at which it is let go", "rad"]
     end: Annotated[float, "Angle at which it rests, or the end of the motion", "rad"]
     torque: Annotated[float, "Largest torque that drives it", "N m"]
@@ -468,7 +473,7 @@ class SensitivityRecord(Record):
         "True if the same limit binds in the same state when the number is 1 % off; with people "
         "or draws, for the one that sets the end",
     ]
-    per_percent: Annotated[float, "Motion of the end when the number grows by 1 %", "N"]
+    per_percent: Annotated[float, "Motion of the end when the number grows by 1 %", AS_READ]
 
 
 @dataclass(kw_only=True)
@@ -492,15 +497,17 @@ class AssumedRecord(Record):
     from_: Annotated[str, 'Who says how far: "study", "usual", "fit" or "person"']
     moves_from: Annotated[
         float | None,
-        "Change of the lower end by this deviation, as it is read; null if it is not known",
-        "N",
+        "Change of the lower end by this deviation; null if it is not known",
+        AS_READ,
     ]
-    moves_to: Annotated[float | None, "Change of the upper end", "N"]
+    moves_to: Annotated[float | None, "Change of the upper end", AS_READ]
     other: Annotated[float | None, "Value that what is given may well have", "SI"] = None
     served: Annotated[
         float | None, "Share that the choice named first then serves as it is set"
     ] = None
-    best: Annotated[float | None, "Largest share that any choice could then serve, set anew"] = None
+    served_anew: Annotated[
+        float | None, "Largest share that any choice could then serve, set anew"
+    ] = None
 
 
 @dataclass(kw_only=True)
@@ -549,7 +556,7 @@ class ConflictRecord(Record):
     gap: Annotated[
         float | None,
         "Distance between the pretensions asked for in the choice nearest to a window",
-        "N",
+        AS_READ,
     ]
     nearest: Annotated[ChoiceRecord, "The choice nearest to a window"]
     fails: Annotated[
@@ -575,7 +582,7 @@ class FixRecord(Record):
     before: Annotated[float, "Value of the choice", "SI"]
     after: Annotated[float | None, "Value that gives a window; null if no plausible one does", "SI"]
     plausible: Annotated[Interval, "Range of the values that are tried", "SI"]
-    pretension: Annotated[float | None, "Pretension in that window", "N"]
+    pretension: Annotated[float | None, "Pretension in that window", AS_READ]
     max_tension: Annotated[float | None, "Largest tension at it", "N"]
     max_spring_extension: Annotated[float | None, "Largest spring extension", "m"]
     peak_motor_torque: Annotated[float | None, "Motor torque of the largest magnitude", "N m"]
@@ -611,7 +618,7 @@ class RelaxationRecord(Record):
     printed: Annotated[str, "The value with its unit, rounded so that it gives a window"]
     choice: Annotated[int | None, "Row of the choice that then serves most"]
     values: Annotated[Values, "Its values; empty without one"]
-    pretension: Annotated[float | None, "Its pretension", "N"]
+    pretension: Annotated[float | None, "Its pretension", AS_READ]
     printed_pretension: Annotated[
         str,
         "The pretension, rounded so that it lies in the window; empty without one",
@@ -642,7 +649,7 @@ class SexRecord(Record):
 class ShareCurve(Record):
     """Share served over pretension."""
 
-    pretension: Annotated[list[float], "Ends of windows, ascending, each twice", "N"]
+    pretension: Annotated[list[float], "Ends of windows, ascending, each twice", AS_READ]
     share: Annotated[list[float], "Share at that end, then between it and the next"]
     low: Annotated[list[float], "Lower ends of the 95 % intervals"]
     high: Annotated[list[float], "Upper ends"]
@@ -681,7 +688,7 @@ class SuitRecord(Record):
     """One suit of several sizes."""
 
     value: Annotated[Value, "Value on the axis of the sizes"]
-    pretension: Annotated[float, "Its pretension", "N"]
+    pretension: Annotated[float, "Its pretension", AS_READ]
 
 
 @dataclass(kw_only=True)
@@ -712,7 +719,7 @@ class SobolRecord(Record):
     """Sobol indices of one end of the window."""
 
     end: Annotated[str, 'Column of the end: "pretension_from" or "pretension_to"']
-    standard_deviation: Annotated[float, "Standard deviation of the end", "N"]
+    standard_deviation: Annotated[float, "Standard deviation of the end", AS_READ]
     inputs: Annotated[dict[str, IndexRecord], "Indices by the key of the input"]
 
 
@@ -726,8 +733,8 @@ class PopulationRecord(Record):
     count: Annotated[int, "Number of persons, draws or pairs"]
     effective_count: Annotated[float, "Effective size of the sample, (Σw)²/Σw²"]
     counts: Annotated[dict[str, int], 'Numbers of persons ("person") and draws ("draw")']
-    window: Annotated[Sequence[float | None], "Window of the choice", "N"]
-    pretension: Annotated[float | None, "Its pretension", "N"]
+    window: Annotated[Sequence[float | None], "Window of the choice", AS_READ]
+    pretension: Annotated[float | None, "Its pretension", AS_READ]
     served: Annotated[float, "Share that the pretension serves"]
     interval_95: Annotated[Interval, "95 % interval of the share"]
     served_verified: Annotated[
@@ -739,7 +746,7 @@ class PopulationRecord(Record):
     largest_share_at: Annotated[
         float | None,
         "Pretension that serves this share; null if none serves anybody",
-        "N",
+        AS_READ,
     ]
     set: Annotated[
         dict[str, list[float]],
@@ -859,7 +866,7 @@ class AnswerResults(Record):
     window_for_all: Annotated[
         Sequence[float | None] | None,
         "Window that serves all, if fewer are enough and there is one",
-        "N",
+        AS_READ,
     ]
     front: Annotated[
         list[ChoiceRecord],

@@ -13,6 +13,8 @@ from dataclasses import MISSING, Field, dataclass, fields
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Self, Union, get_args, get_origin, get_type_hints
 
+AS_READ = "as read"
+"""Unit of a number that is in the unit of what the gauge reads."""
 OTHERS = "Other columns by their names"
 """Meaning of a field whose entries stand beside those of the other fields."""
 

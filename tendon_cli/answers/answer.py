@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from tendon_cli.answer_record import AnswerRecord, as_answer, holds, value_of
-from tendon_cli.answers.text_short import short_text
+from tendon_cli.answers.text import short_text
 from tendon_cli.engine.results import Result, along_own_axes, framed, variables_of, xarray_library
 from tendon_cli.registry import load
 from tendon_cli.windows.question import Goal
@@ -98,7 +98,7 @@ class Answer(Result):
 
     @property
     def text(self) -> str:
-        """The whole answer in 80 columns."""
+        """The short answer, then the sections of the record as tables."""
         return self.answer.text
 
     @property

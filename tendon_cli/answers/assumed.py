@@ -226,7 +226,7 @@ def _otherwise(
     question = solver.question
     numbers = {key: np.full(len(question.conditions), other)}
     changed = solver.for_question(question.with_numbers(numbers))
-    best, _ = solve_windows(changed, others.points)
+    anew, _ = solve_windows(changed, others.points)
     placement = Placement(given=float(choice.pretension[0]))
     as_set = changed.for_question(replace(changed.question, placement=placement))
     before, _ = solve_windows(solver, choice.points)
@@ -243,5 +243,5 @@ def _otherwise(
         moves_to=finite_or_none(after.pretension_to[0] - before.pretension_to[0]),
         other=other,
         served=float(after.served_at[0]),
-        best=float(best.served.max()),
+        served_anew=float(anew.served.max()),
     )

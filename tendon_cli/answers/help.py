@@ -17,9 +17,9 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answer_record import FixRecord, PartRecord, RelaxationRecord
+from tendon_cli.answers.notes import note_on_judges, note_on_remedies
 from tendon_cli.answers.question_facts import choice_values
-from tendon_cli.answers.text_notes import note_on_judges, note_on_remedies
-from tendon_cli.answers.text_remedies import quantity_of_demand
+from tendon_cli.answers.text_parts import quantity_of_demand
 from tendon_cli.answers.verified_record import fresh_record, verified_record
 from tendon_cli.model.kinematics import Array, Flags, Rows, Spline
 from tendon_cli.model.limits import LIMITS

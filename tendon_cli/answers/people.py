@@ -22,6 +22,7 @@ from tendon_cli.answer_record import (
     Values,
     value_of,
 )
+from tendon_cli.answers.phrases import LESS, MORE, NEITHER, population_title, reason_words
 from tendon_cli.answers.question_facts import (
     condition_values,
     question_record,
@@ -30,13 +31,6 @@ from tendon_cli.answers.question_facts import (
 from tendon_cli.answers.sensitivity import indices
 from tendon_cli.answers.setup import settings
 from tendon_cli.answers.text_bench import FEW_PERSONS
-from tendon_cli.answers.text_people import (
-    LESS,
-    MORE,
-    NEITHER,
-    population_title,
-    reason_words,
-)
 from tendon_cli.answers.verified_record import fresh_record, verified_record
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array, Flags, Rows

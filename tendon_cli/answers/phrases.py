@@ -1,4 +1,4 @@
-"""Choices, conditions and ends of windows in words, from the record of an answer."""
+"""Choices, conditions, shares and ends of windows in words, from the record of an answer."""
 
 from __future__ import annotations
 
@@ -12,17 +12,33 @@ from tendon_cli.answer_record import (
     AxisRecord,
     ChoiceRecord,
     FixRecord,
+    FreshRecord,
+    PopulationRecord,
     QuestionRecord,
+    ReasonRecord,
     Value,
     Values,
+    VerifiedRecord,
     value_of,
 )
 from tendon_cli.quantities import bound_name
 from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, SAMPLE_AXES, limit_of
 from tendon_cli.studies.axis_words import numbers_in_words, parameter, row_name, word_of_key
+from tendon_cli.studies.study import keys
 
 COSTS = {"max_tension": "tension", "max_spring_extension": "spring", "peak_motor_torque": "torque"}
 """Columns of a choice's costs, and their heads in small tables."""
+_MOST_SHARE_DIGITS = 7
+"""Most significant digits of a share that is printed beside the one asked for."""
+_SHARE_ROUNDING = 1e-12
+"""Rounding of a share."""
+MORE = "more"
+"""Needs more pretension to be served."""
+LESS = "less"
+"""Needs less pretension to be served."""
+NEITHER = "another suit"
+"""Needs another suit to be served."""
+_NEEDS = {MORE: "a higher", LESS: "a lower"}
 
 
 # --- Values ---------------------------------------------------------------------------------------
@@ -49,16 +65,6 @@ def value_words(axis: AxisRecord, value: Value, *, in_brackets: bool = False) ->
 def choice_words(question: QuestionRecord, choice: ChoiceRecord | Values) -> str:
     """Say a choice by its value on each axis; empty if there is no axis."""
     return ", ".join(value_words(axis, value_of(choice, axis.column)) for axis in question.choices)
-
-
-def short_choice_words(question: QuestionRecord, choice: ChoiceRecord | Values) -> str:
-    """Say a choice by its value on each axis, parts by their names alone: "spring S5, motor M2"."""
-    return ", ".join(
-        row_name(axis.key, str(value_of(choice, axis.column)), "")
-        if axis.carries is not None
-        else value_words(axis, value_of(choice, axis.column))
-        for axis in question.choices
-    )
 
 
 def condition_words(question: QuestionRecord, condition: Values) -> str:
@@ -164,9 +170,6 @@ def carried_words(question: QuestionRecord, value: Any, column: str) -> str:
         return "-"
     unit = question.carried[column].unit
     return f"{float(value):,.12g} {unit}".rstrip()
-
-
-# --- Windows --------------------------------------------------------------------------------------
 
 
 class WindowEnd(NamedTuple):
@@ -329,3 +332,163 @@ def margins(question: QuestionRecord, row: ChoiceRecord) -> str:
     if not np.isinf(high):
         upper = f" and {say.number(high - pretension, 3)} {unit} below the upper end"
     return f"that is {lower}{upper} of the window, {span}"
+
+
+# --- Shares ---------------------------------------------------------------------------------------
+
+
+def members(fresh: FreshRecord) -> str:
+    """Say who or what judges: "10,000 newly drawn persons", "9,999 new draws for 3 persons"."""
+    count = f"{fresh.count:,}"
+    several = "" if fresh.count == 1 else "s"
+    if fresh.kind == "persons":
+        return f"{count} newly drawn person{several}"
+    whom = ""
+    if fresh.persons == 1:
+        whom = " for this person"
+    elif fresh.persons:
+        whom = f" for these {fresh.persons:,} persons"
+    return f"{count} new draw{several}{whom}"
+
+
+def judgement_words(fresh: FreshRecord, judged: VerifiedRecord, serve: float) -> str:
+    """Say whom a choice serves: "only 93 % of 10,000 new draws (...), not the 95 % asked for"."""
+    is_short = not is_enough(judged, serve) and not is_undecided(judged, serve)
+    only = "only " if is_short else ""
+    return f"{only}{share_words(fresh, judged, serve)}{verdict(fresh, judged, serve)}"
+
+
+def share_words(fresh: FreshRecord, judged: VerifiedRecord, serve: float) -> str:
+    """Say a share with its interval: "94.7 % of 10,000 newly drawn persons (94.2 to 95.2 %)".
+
+    Args:
+        fresh: The sample.
+        judged: Its judgement.
+        serve: Share that is enough: one that is less is never rounded to it.
+    """
+    value = judged.value
+    low, high = judged.interval_95
+    return say.share_of(members(fresh), value, low, high, _share(value, serve))
+
+
+def is_enough(judged: VerifiedRecord, serve: float) -> bool:
+    """Return True if the share is at least `serve`, apart from rounding."""
+    return judged.value >= serve - _SHARE_ROUNDING
+
+
+def is_undecided(judged: VerifiedRecord, serve: float) -> bool:
+    """Return True if the interval of the share holds the one asked for."""
+    low, high = judged.interval_95
+    return low <= serve <= high
+
+
+def verdict(fresh: FreshRecord, judged: VerifiedRecord, serve: float) -> str:
+    """Say what the share means for the one asked for, after `share_words`; empty if it is more."""
+    enough = say.percent(serve)
+    if is_undecided(judged, serve):
+        return f", too close to {enough} to tell from {fresh.count:,}"
+    return "" if is_enough(judged, serve) else f", not the {enough} asked for"
+
+
+def _share(value: float, serve: float) -> str:
+    """Say a share with as many digits as tell it from the one asked for."""
+    text = say.percent(value)
+    for digits in range(4, _MOST_SHARE_DIGITS + 1):
+        if text != say.percent(serve) or abs(value - serve) < _SHARE_ROUNDING:
+            break
+        text = f"{say.number(100.0 * value, digits)} %"
+    return text
+
+
+# --- Persons and draws ----------------------------------------------------------------------------
+
+
+def population_title(
+    question: QuestionRecord,
+    population: PopulationRecord,
+    fresh: FreshRecord | None,
+    serve: float,
+) -> str:
+    """Say the choice, its pretension and the share that it serves, for figures and pages.
+
+    Args:
+        question: The question.
+        population: The choice for persons or draws.
+        fresh: Fresh sample that judges it; None without one.
+        serve: Share that is enough.
+    """
+    judged = population.served_verified
+    share = f"serves {population_share(population)}"
+    if fresh is not None and judged is not None:
+        share = f"serves {share_words(fresh, judged, serve)}"
+    if population.pretension is not None:
+        share = f"{say.number(population.pretension)} {question.unit} {share}"
+    choice = choice_words(question, population.values)
+    return f"{choice}, {share}" if choice else share
+
+
+def reason_words(
+    question: QuestionRecord, choice: Mapping[str, Any], limits: list[str], under: list[Values]
+) -> str:
+    """Say what happens to those who are not served, by limit, and under which condition.
+
+    Args:
+        question: The question.
+        choice: Row of the choice in the table.
+        limits: Limits that are broken.
+        under: For each limit the values of the condition.
+    """
+    words = []
+    for limit, condition in zip(limits, under, strict=True):
+        inside = condition_of_group(question, condition)
+        is_broken = broken(question, limit, choice, condition)
+        words.append(f"{is_broken} ({inside})" if inside else is_broken)
+    return " and ".join(words)
+
+
+def input_words(key: str) -> str:
+    """Say the name of an input that a Sobol index is of."""
+    if key not in keys():
+        return key
+    name = say.column(keys()[key].quantity.name)
+    side = say.side_of(key)
+    return f"{name} of the {side}" if side else name
+
+
+def population_share(population: PopulationRecord) -> str:
+    """Say the share that the pretension serves, of whom, and its interval for everyone.
+
+    "all 1,000 persons (at least 99.6 %)", "96.9 % of this person's 256 draws (94 to 98.5 %)",
+    "90 % of 192 pairs of 3 persons and 64 draws". Pairs of several persons are not
+    independent samples, so that their share has no interval.
+    """
+    count = population.count
+    served = population.served
+    kind = population.kind
+    persons = population.counts.get("person", 0)
+    draws = population.counts.get("draw", 0)
+    whom = everyone(population.counts, count, kind)
+    if persons > 1 and draws > 1:
+        return f"all {whom}" if served >= 1.0 else f"{say.percent(served)} of {whom}"
+    if persons == 1 and draws > 1:
+        share = say.sampled_share(served, count, "draw")
+        of_whom = f"of {whom}" if share.startswith("all") else whom
+        return share.replace(f"{count:,} draws", of_whom)
+    return say.sampled_share(served, count, kind.removesuffix("s"), population.effective_count)
+
+
+def need_words(question: QuestionRecord, population: PopulationRecord, reason: ReasonRecord) -> str:
+    """Say what those need who are not served, and why.
+
+    "0.6 % of the draws need a lower pretension, because the elbow becomes unstable".
+    """
+    kind = population.kind
+    is_one = population.count == 1
+    whom = f"{say.percent(reason.share)} of the {kind}"
+    if is_one:
+        whom = f"this {kind.removesuffix('s')}"
+    noun, _ = say.setting_words(question.read)
+    if reason.needs == NEITHER:
+        return f"no {noun} serves {whom}: {reason.text}"
+    verb = "needs" if is_one else "need"
+    return f"{whom} {verb} {_NEEDS[reason.needs]} {noun}, because {reason.text}"

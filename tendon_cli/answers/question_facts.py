@@ -17,7 +17,7 @@ from tendon_cli.answer_record import (
     Value,
     Values,
 )
-from tendon_cli.answers.text_notes import question_notes
+from tendon_cli.answers.notes import question_notes
 from tendon_cli.model.design import F0
 from tendon_cli.quantities import unit_of_reading
 from tendon_cli.space.axis import SAMPLE_AXES, Axis, NamedAxis, limit_of

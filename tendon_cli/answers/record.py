@@ -31,6 +31,12 @@ from tendon_cli.answers.decision import decision_record
 from tendon_cli.answers.help import Help, what_would_help
 from tendon_cli.answers.limit_curves import curves_of
 from tendon_cli.answers.needed_parts import parts_record
+from tendon_cli.answers.notes import (
+    PROOF_METHOD,
+    note_on_motion,
+    note_without_fresh_sample,
+    scope_words,
+)
 from tendon_cli.answers.question_facts import (
     condition_values,
     goal_record,
@@ -42,12 +48,6 @@ from tendon_cli.answers.question_facts import (
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.setup import drift_record, setting_record
 from tendon_cli.answers.tables import VERIFIED, as_records, choice_columns, choice_rows
-from tendon_cli.answers.text_notes import (
-    PROOF_METHOD,
-    note_on_motion,
-    note_without_fresh_sample,
-    scope_words,
-)
 from tendon_cli.answers.verified_record import fresh_record, verified_record
 from tendon_cli.engine.cutoff_check import check_of_designs
 from tendon_cli.engine.plan import columns_of_motion

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tendon_cli.answer_record import IndexRecord, SensitivityRecord, SobolRecord
-from tendon_cli.answers.text_people import input_words
+from tendon_cli.answers.phrases import input_words
 from tendon_cli.model.bounds import Bounds, limit_end
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Spline

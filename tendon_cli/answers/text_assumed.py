@@ -29,7 +29,7 @@ def cuffs_words(record: AnswerResults) -> str:
         for stiffness in sorted(entry.other or 0.0 for entry in softer)
     )
     measured = f"with cuffs as soft as measured ({low} to {high} kN/m per tendon)"
-    best = max(entry.best or 0.0 for entry in softer)
+    best = max(entry.served_anew or 0.0 for entry in softer)
     as_set = min(entry.served or 0.0 for entry in softer)
     if as_set >= record.serve:
         works = f"this setting still serves at least {say.percent(as_set)}"

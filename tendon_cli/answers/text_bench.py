@@ -1,40 +1,188 @@
-"""The suit on the bench and on the arm in words: posture, tensions to set, and drift."""
+"""What to set on which suit, in words: the choice, tensions, posture and drift."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from typing import NamedTuple
 
 from tendon_cli import say
 from tendon_cli.answer_record import (
     AnswerResults,
+    AxisRecord,
     ChoiceRecord,
     DriftRecord,
     QuestionRecord,
     SettingRecord,
+    Value,
     value_of,
 )
-from tendon_cli.answers.phrases import ends_of, window_of
-from tendon_cli.space.axis import PERSON_AXIS
+from tendon_cli.answers.phrases import (
+    ends_of,
+    pretension_words,
+    value_words,
+    window_of,
+)
+from tendon_cli.space.axis import NAMED_AXES, PERSON_AXIS, limit_of, split_side
+from tendon_cli.studies.study import keys
+from tendon_cli.studies.values import RIGID
 
+_MOST_AXES = 5
+"""Most values by which a choice is named."""
+_LEAST_DIGITS = 3
+"""Fewest significant digits of a tension to set."""
+_MOST_DIGITS = 4
+"""Most significant digits of such a tension."""
+_ROUNDING = 0.05
+"""Share of the distance to an end of the window by which rounding may move what is set."""
+_NOUNS = {
+    "spool.ratio": "a spool ratio of {}",
+    "arm.contact_width": "a strap of {}",
+    "tendon.diameter": "a rope of {}",
+}
+"""Words for the value of a choice, by the key of its axis; others are said by their symbols."""
 SET_AT_JOINT = ("set_flexor_tension", "set_extensor_tension")
 """Columns of the tensions to set at the joint, N."""
 SET_AT_MOTOR = ("set_flexor_tension_motor", "set_extensor_tension_motor")
 """Columns of the tensions to set at the motor, N."""
-
 FEW_PERSONS = 20
 """Number of persons below which a range holds all of them, not nine in ten."""
 
 
-# --- What to set ----------------------------------------------------------------------------------
+# --- The suit -------------------------------------------------------------------------------------
 
 
-def bench_heading(question: QuestionRecord, setting: SettingRecord) -> str:
-    """Say on whom, and in which posture, the recorded tensions are set.
+class Suit(NamedTuple):
+    """A choice in words."""
 
-    A study about people has the mean man's arm as its own, unless anchors were measured on one.
-    """
-    return f"To set it{on_whom(question, setting)}: {posture_words(question.joint, setting)}"
+    words: str
+    """Noun phrase: "springs of 5 kN/m with a spool ratio of 0.6"; "this suit" without axes."""
+    is_plural: bool
+    """True if its verb is a plural."""
+    is_of_parts: bool = False
+    """True if it begins with a row of a table, such as a part that one can buy."""
+
+    def verb(self, several: str, one: str) -> str:
+        """Return the form of a verb that agrees with it."""
+        return several if self.is_plural else one
+
+
+def suit_words(question: QuestionRecord, row: ChoiceRecord) -> Suit:
+    """Say a choice by its values: rows of tables first, then springs."""
+    rows: list[str] = []
+    springs: list[str] = []
+    others: list[str] = []
+    is_plural = False
+    for axis in question.choices:
+        value = value_of(row, axis.column)
+        if _is_table(axis):
+            rows.append(value_words(axis, value))
+            continue
+        words, is_spring, is_several = _part_words(axis, value)
+        (springs if is_spring else others).append(words)
+        is_plural = is_plural or is_several
+    if rows:
+        others = [*rows[1:], *springs, *others]
+        springs = rows[:1]
+    left = len(springs) + len(others) - _MOST_AXES
+    if left > 0:
+        counted = say.counted(left + 1, "other number")
+        others = [*others[: -left - 1], f"{counted} (--why)"]
+    if not springs and not others:
+        return Suit("this suit", is_plural=False)
+    if rows:
+        with_others = f" with {say.join_words(others)}" if others else ""
+        return Suit(f"{rows[0]}{with_others}", is_plural=False, is_of_parts=True)
+    if not springs:
+        return Suit(say.join_words(others), is_plural=len(others) > 1)
+    whole = say.join_words(springs)
+    rest = say.join_words(others)
+    suit = f"{whole} with {rest}" if rest else whole
+    return Suit(suit, is_plural or len(springs) > 1)
+
+
+def _is_table(axis: AxisRecord) -> bool:
+    """Return True for the axis of a table of the study, whose rows are parts or samples."""
+    return axis.sets is not None and axis.key not in NAMED_AXES
+
+
+def _part_words(axis: AxisRecord, value: Value) -> tuple[str, bool, bool]:
+    """Say the value of a choice on an axis; return True if it is a spring, and if it is several."""
+    common, side = split_side(axis.key)
+    limit = limit_of(common)
+    if axis.named or axis.sets is not None:
+        return value_words(axis, value), False, False
+    if limit is not None:
+        read = axis.read or "pretension"
+        return say.limit_of_so_much(limit, float(value), read), False, False
+    if common == "spring.stiffness":
+        is_rigid = value == RIGID or math.isinf(float(value))
+        number = "" if is_rigid else f" of {say.quantity('spring_stiffness', float(value))}"
+        rigid = "rigid " if is_rigid else ""
+        if side:
+            return f"a {rigid}spring{number} in the {side}", True, False
+        return f"{rigid}springs{number}", True, True
+    if common in _NOUNS and not side:
+        number = say.quantity(keys()[common].quantity, float(value))
+        return _NOUNS[common].format(number), False, False
+    return value_words(axis, value), False, False
+
+
+def bench_words(record: AnswerResults, best: ChoiceRecord) -> str:
+    """Say what to set, on whom and in which posture: "168 N in the flexor ..., hand empty"."""
+    question = record.question
+    setting = record.setting
+    tensions = _tensions(record, best)
+    if setting is None:
+        return tensions
+    whom = on_whom(question, setting)
+    return f"{tensions}{whom}, {posture_words(question.joint, setting)}"
+
+
+def _tensions(record: AnswerResults, best: ChoiceRecord) -> str:
+    """Say the tensions to set where they are read, or the torque with the tensions beside it."""
+    question = record.question
+    read = question.read
+    is_motor = is_read_at_motor(question)
+    columns = SET_AT_MOTOR if is_motor else SET_AT_JOINT
+    end = "motor" if is_motor else "joint"
+    values = [value_of(best, column) for column in columns]
+    if any(value is None for value in values):
+        return f"{pretension_words(question, best)} of {read}"
+    flexor, extensor = (
+        say.quantity(column, value, _digits(best, value))
+        for column, value in zip(columns, values, strict=True)
+    )
+    if read == "motor torque":
+        both = f"{flexor} in the flexor, {extensor} in the extensor"
+        return f"a motor torque of {pretension_words(question, best)} ({both}, at the motor)"
+    if read == f"flexor at {end}":
+        flexor = pretension_words(question, best)
+    if read == f"extensor at {end}":
+        extensor = pretension_words(question, best)
+        return f"{extensor} in the extensor ({flexor} in the flexor) at the {end}"
+    return f"{flexor} in the flexor ({extensor} in the extensor) at the {end}"
+
+
+def _digits(best: ChoiceRecord, tension: float) -> int:
+    """Return as many digits as keep the rounding of a tension small beside the window."""
+    pretension = best.pretension
+    window = window_of(best)
+    if pretension is None or window is None or tension == 0.0:
+        return _LEAST_DIGITS
+    room = min(pretension - window[0], window[1] - pretension)
+    share = max(room, 0.0) / max(abs(pretension), 1e-12)
+    digits = _LEAST_DIGITS
+    place = math.floor(math.log10(abs(tension))) + 1
+    while digits < _MOST_DIGITS:
+        rounding = 0.5 * 10.0 ** (place - digits)
+        if rounding <= _ROUNDING * share * abs(tension):
+            break
+        digits += 1
+    return digits
+
+
+# --- On the bench ---------------------------------------------------------------------------------
 
 
 def on_whom(question: QuestionRecord, setting: SettingRecord) -> str:
@@ -61,18 +209,6 @@ def posture_words(joint: str, setting: SettingRecord) -> str:
         hand = "hand empty"
     held = hand if load == 0.0 else f"a load of {say.quantity('load_mass', load)}"
     return f"{limb}, {held}, after {setting.after}"
-
-
-def to_set(record: AnswerResults, best: ChoiceRecord, setting: SettingRecord) -> Iterator[str]:
-    """Say the tensions to set at the joint and at the motor, and the effect of shorter tendons."""
-    flexor, extensor = (say.quantity(name, value_of(best, name), 4) for name in SET_AT_JOINT)
-    yield f"{flexor} in the flexor and {extensor} in the extensor at the joint"
-    flexor, extensor = (say.quantity(name, value_of(best, name), 4) for name in SET_AT_MOTOR)
-    yield f"{flexor} and {extensor} at the motor"
-    spread = spread_words(record, setting)
-    if spread:
-        yield spread
-    yield shortening_words(record, best, setting)
 
 
 def spread_words(record: AnswerResults, setting: SettingRecord) -> str:

@@ -1,4 +1,4 @@
-"""The rule by which an answer names one choice first, and what ties with it, in words."""
+"""Why an answer names one choice first, what ties with it, and what it takes as exact."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from dataclasses import replace
 from tendon_cli import say
 from tendon_cli.answer_record import (
     AnswerResults,
-    ChoiceRecord,
     DecisionRecord,
     GoalRecord,
     QuestionRecord,
@@ -19,9 +18,6 @@ from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import limit_of
 from tendon_cli.studies.study import keys
 
-_HARDLY_ANY = 1e-4
-"""Share of the pretension up to which a tolerance is printed as 0."""
-
 _KEPT = {
     "built": "can be built",
     "served_enough": "serve enough",
@@ -29,9 +25,13 @@ _KEPT = {
     "advised": "keep the advice",
 }
 """Words for the choices that a rule before all goals leaves, by the rule."""
+_MOST_NAMED = 3
+"""Most numbers that are named where there is little room."""
+_LEAST_MOVE = 0.05
+"""Change of an end below which it is not said, N."""
 
 
-# --- Why it is named first ------------------------------------------------------------------------
+# --- The rule -------------------------------------------------------------------------------------
 
 
 def why_first(record: AnswerResults) -> str:
@@ -215,9 +215,6 @@ def goal_name(column: str) -> str:
     return say.column(column).removeprefix("max ").removeprefix("min ").removeprefix("peak ")
 
 
-# --- Ties -----------------------------------------------------------------------------------------
-
-
 def ties_words(record: AnswerResults) -> Iterator[str]:
     """Say which choices tie with the best one, what breaks the tie, and what does not matter."""
     decided = record.decided
@@ -232,7 +229,8 @@ def ties_words(record: AnswerResults) -> Iterator[str]:
         breaks = _breaks(decided)
         yield f"{decided.ties:,} choices tie: {_listed(named)}{f'; {breaks}' if breaks else ''}"
     symbols = [
-        f"the {_symbol(key)}" if limit_of(key) else _symbol(key) for key in decided.no_effect
+        f"the {symbol_of_axis(key)}" if limit_of(key) else symbol_of_axis(key)
+        for key in decided.no_effect
     ]
     if symbols:
         do = "does" if len(symbols) == 1 else "do"
@@ -260,44 +258,15 @@ def _breaks(decided: DecisionRecord) -> str:
         if key == "peak_motor_torque":
             words.append("the least motor torque decides")
         elif words:
-            words.append(f"then the smaller {_symbol(key)}")
+            words.append(f"then the smaller {symbol_of_axis(key)}")
         else:
-            words.append(f"the smaller {_symbol(key)} decides")
+            words.append(f"the smaller {symbol_of_axis(key)} decides")
     return ", ".join(words)
 
 
-def _symbol(key: str) -> str:
+def symbol_of_axis(key: str) -> str:
     """Say the number of an axis by its symbol, a limit in words, a named axis by its name."""
     limit = limit_of(key)
     if limit is not None:
         return say.limit_on(limit)
     return keys()[key].quantity.symbol if key in keys() else key
-
-
-# --- How far the setting may be off ---------------------------------------------------------------
-
-
-def tolerance_words(row: ChoiceRecord) -> str:
-    """Say how far the setting may be off: "8.1 mm (31 %)"; "no upper end" if nothing bounds it."""
-    length = row.tolerance_length
-    if length is None:
-        return "no upper end"
-    return f"{tolerance_millimetres(row)} mm ({tolerance_percent(row)} %)"
-
-
-def tolerance_percent(row: ChoiceRecord) -> str:
-    """Say the tolerance in percent, "0" if there is hardly any, "-" without an upper end."""
-    tolerance = row.tolerance
-    if row.tolerance_length is None:
-        return "-"
-    if tolerance is not None and tolerance > _HARDLY_ANY:
-        return say.number(100.0 * tolerance, 2)
-    return "0"
-
-
-def tolerance_millimetres(row: ChoiceRecord) -> str:
-    """Say the tolerance in millimetres, rounded down; "-" without an upper end."""
-    length = row.tolerance_length
-    if length is None:
-        return "-"
-    return say.length_to_spare(length).removesuffix(" mm")

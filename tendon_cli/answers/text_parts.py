@@ -1,36 +1,43 @@
-"""Parts that the choice named first needs in words, and those of the study that fail advice.
-
-Numbers are rounded to the safe side: whoever orders what is printed has enough.
-"""
+"""Parts that the choice named first needs, and remedies if no choice has a window, in words."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from tendon_cli import say
 from tendon_cli.answer_record import (
     AnswerResults,
     FailingPart,
+    FixRecord,
     MotorRecord,
     PartsRecord,
+    QuestionRecord,
+    RelaxationRecord,
     RopeRecord,
     SpoolRecord,
     SpringRecord,
     StrapRecord,
 )
+from tendon_cli.answers.phrases import COSTS, costs, share_words, value_words
+from tendon_cli.quantities import QUANTITIES, Quantity
+from tendon_cli.space.axis import limit_of
+from tendon_cli.studies.axis_words import parameter
+from tendon_cli.studies.study import keys
 
-HEADING = "Parts it needs"
-_OF_CUFFS = "cuffs at the knee, Ergonomics 63(5):618"
 _USUAL_ROPE = "7x7"
 _SURELY = 1.0 + 1e-9
 """Factor by which a value must be beyond a bound to be so in spite of rounding."""
+_DEMANDS = {
+    "load.mass": "loads of at most {} instead of {}",
+    "arm.upper_arm_angle": "an upper arm tilted by at most {} instead of {}",
+    "arm.contact_width": "a strap of {} instead of {}",
+    "anchor.stiffness": "tissue and cuffs of {} per tendon instead of {}",
+}
 
 
-def but_words(record: AnswerResults) -> str:
-    """Say what the choice named first fails: "But the strap presses ..."; empty if nothing."""
-    failures = failure_words(record)
-    return f"But {failures}." if failures else ""
+# --- Parts ----------------------------------------------------------------------------------------
 
 
 def failure_words(record: AnswerResults) -> str:
@@ -43,21 +50,6 @@ def can_be_built(record: AnswerResults) -> bool:
     """Return True unless a part of the choice named first has no room."""
     parts = record.parts_needed
     return parts is None or "spring" not in parts.fails
-
-
-def parts_words(record: AnswerResults) -> Iterator[str]:
-    """Say each part that the choice named first needs, or that it keeps or fails its advice."""
-    parts = record.parts_needed
-    if parts is None:
-        return
-    failures = _failures(parts)
-    if parts.strap is not None and _is_pressed(parts.strap):
-        yield failures.get("strap") or _strap(parts.strap)
-    yield failures.get("rope") or _rope(parts.rope)
-    yield failures.get("spool") or _spool(parts.spool)
-    if parts.spring is not None:
-        yield failures.get("spring") or _spring(parts.spring)
-    yield _motor(parts.motor)
 
 
 def _is_pressed(strap: StrapRecord) -> bool:
@@ -92,9 +84,6 @@ def short_parts(parts: PartsRecord) -> Iterator[str]:
             words += f", the flexor's at most {_at_most(spring.room)} long unloaded"
         yield words
     yield f"a motor of {_motor(parts.motor).removeprefix('motor: ')}"
-
-
-# --- What fails -----------------------------------------------------------------------------------
 
 
 def _failures(parts: PartsRecord) -> dict[FailingPart, str]:
@@ -169,82 +158,6 @@ def _spool_fails(spool: SpoolRecord) -> str:
     )
 
 
-# --- What is needed, or kept ----------------------------------------------------------------------
-
-
-def _strap(strap: StrapRecord) -> str:
-    """Say how wide the strap must be, or that the one of the study suits."""
-    if strap.width is None or strap.pressure is None:
-        return (
-            f"strap: at least {_at_least(strap.least_width)} wide, to press with at most"
-            f" {_pain(strap)}, where pain begins ({_OF_CUFFS})"
-        )
-    pressure = say.quantity("max_contact_pressure", strap.pressure)
-    words = f"strap of {_length(strap.width)}"
-    if strap.pressure > strap.most_pressure * _SURELY:
-        return f"{words}: presses with up to {pressure}"
-    return f"{words}: wide enough, presses with up to {pressure}; pain begins at {_pain(strap)}"
-
-
-def _rope(rope: RopeRecord) -> str:
-    """Say at which tension the rope may break, or that the one of the study suits."""
-    breaking = rope.breaking_force
-    if breaking is None:
-        return (
-            f"rope: breaks at {_strength(rope)} or more, {rope.reserve:.0f} times the"
-            f" largest tension (stainless 7x7: {_at_least(rope.least_diameter, 3)})"
-        )
-    words = f"rope of {say.quantity('breaking_force', breaking)}"
-    share = "any"
-    if rope.tension > 0.0:
-        share = say.number(breaking / rope.tension, 2, toward=-math.inf)
-    if breaking * _SURELY < rope.least_breaking_force:
-        return f"{words}: breaks at {share} times the largest tension"
-    return f"{words}: strong enough, breaks at {share} times the largest tension"
-
-
-def _spool(spool: SpoolRecord) -> str:
-    """Say which ropes suit the narrower spool, or that the one of the study does."""
-    construction = spool.construction
-    own = _length(spool.rope_diameter)
-    of_side = f"the {spool.side}'s spool, {_length(spool.diameter)} across"
-    if construction is None:
-        ropes = [
-            f"{_at_most(diameter)} ({name}, D/d of {spool.least_ratios[name]:.0f})"
-            for name, diameter in spool.largest_ropes.items()
-        ]
-        needed = _at_least(spool.least_diameter)
-        return (
-            f"rope on {of_side}: at most {' or '.join(ropes)}; a 7x7 rope of {own} needs a spool"
-            f" of {needed}"
-        )
-    ratio = say.number(spool.ratio * _SURELY, 3, toward=-math.inf)
-    least = spool.least_ratios[construction]
-    words = of_side.removeprefix("the ")
-    if spool.ratio * _SURELY < least:
-        return f"{words}: {ratio} rope diameters wide"
-    return f"{words}: wide enough, {ratio} rope diameters; {construction} needs {least:.0f}"
-
-
-def _spring(spring: SpringRecord) -> str:
-    """Say how far the springs travel, and how long the flexor's may be without load."""
-    stiffness = spring.stiffness
-    of_stiffness = ""
-    if stiffness is not None:
-        of_stiffness = f" {say.quantity('spring_stiffness', stiffness)},"
-    words = f"springs:{of_stiffness} {_at_least(spring.travel, 3)} of travel"
-    room = spring.room
-    if room is None:
-        return words
-    its_length = spring.free_length
-    of_length = "" if its_length is None else f" of {_length(its_length)}"
-    if room < 0.0:
-        return f"{words}; the flexor's{of_length} is {_at_least(-room)} too long for its room"
-    if its_length is None:
-        return f"{words}, the flexor's at most {_at_most(room)} long unloaded"
-    return f"{words}; the flexor's{of_length} fits with {_at_most(room)} to spare"
-
-
 def _motor(motor: MotorRecord) -> str:
     """Say what the motor must give."""
     needs = [say.quantity("peak_motor_torque", motor.torque, 3, toward=math.inf)]
@@ -252,9 +165,6 @@ def _motor(motor: MotorRecord) -> str:
         if value is not None and value > 0.0:
             needs.append(say.quantity(name, value, 3, toward=math.inf))
     return f"motor: {say.join_words(needs)}"
-
-
-# --- Numbers --------------------------------------------------------------------------------------
 
 
 def _length(value: float | None) -> str:
@@ -280,3 +190,78 @@ def _strength(rope: RopeRecord) -> str:
 def _pain(strap: StrapRecord) -> str:
     """Say the pressure from which on a strap hurts."""
     return say.quantity("max_contact_pressure", strap.most_pressure)
+
+
+# --- Remedies -------------------------------------------------------------------------------------
+
+
+def fix_words(question: QuestionRecord, fix: FixRecord) -> str:
+    """Say a fix in a line: "K from 3 kN/m to 3.4 kN/m, set to 120 N: tension 377 N".
+
+    If no change of the number can be seen in print, it is the pretension that matters.
+    """
+    before = parameter(fix.parameter, fix.before)
+    words = f"set to {fix.printed_pretension} {question.unit}"
+    if not before.endswith(f" {fix.printed}"):
+        words = f"{_change_words(fix)}{_nearest_words(fix)}, {words}"
+    judged = fix.served_verified
+    gains = [] if judged is None else [f"{say.percent(judged.value)} served"]
+    of_costs = zip(COSTS.values(), costs(fix), strict=True)
+    gains += [f"{head} {cost}" for head, cost in of_costs if cost != "-"]
+    return f"{words}: {', '.join(gains)}" if gains else words
+
+
+def _change_words(fix: FixRecord) -> str:
+    """Say the change of a fix: "K from 3 kN/m to 3.4 kN/m"."""
+    key = fix.parameter
+    value = say.quantity(keys()[key].quantity, fix.before)
+    name = parameter(key, fix.before).removesuffix(value).rstrip()
+    return f"{name} from {value} to {fix.printed}"
+
+
+def _nearest_words(fix: FixRecord) -> str:
+    """Name the row of a table that is nearest to the value of a fix, in brackets; or nothing."""
+    nearest = fix.nearest
+    if nearest is None:
+        return ""
+    value = parameter(fix.parameter, nearest.value)
+    return f" (nearest in the catalogue: {nearest.table} {nearest.name}, {value})"
+
+
+def quantity_of_demand(key: str) -> Quantity:
+    """Return the quantity of a number, or of a limit, by its key."""
+    limit = limit_of(key)
+    return keys()[key].quantity if limit is None else QUANTITIES[limit]
+
+
+def relaxations_words(
+    answer: AnswerResults, relaxations: Sequence[RelaxationRecord]
+) -> Iterator[str]:
+    """Say the value that each demand would have to take, and the suit that then serves."""
+    question = answer.question
+    fresh = answer.verified_by
+    not_enough = []
+    for record in relaxations:
+        key = record.key
+        quantity = quantity_of_demand(key)
+        text = _DEMANDS.get(key, f"{key.removeprefix('limits.')} = {{}} instead of {{}}")
+        if record.after is None or record.pretension is None:
+            farthest = say.quantity(quantity, record.farthest)
+            not_enough.append(text.partition(" instead of")[0].format(farthest))
+            continue
+        changed = text.format(record.printed, say.quantity(quantity, record.before))
+        others = [axis for axis in question.choices if axis.key != key]
+        values = [value_words(axis, record.values[axis.column]) for axis in others]
+        pretension = f"{record.printed_pretension} {question.unit}"
+        suit = f"{', '.join(values)} at {pretension}" if values else pretension
+        share = record.served
+        some = "all" if share is None or share >= 1.0 else f"{say.percent(share)} of the"
+        whom = f"{some} {question.counted}"
+        judged = record.served_verified
+        if judged is not None and fresh is not None:
+            judges = replace(fresh, count=judged.of)
+            whom = share_words(judges, judged, answer.serve)
+        yield f"{changed}: {suit} serves {whom}"
+    if not_enough:
+        own = "its" if len(not_enough) == 1 else "their"
+        yield f"not enough on {own} own: {', '.join(not_enough)}"

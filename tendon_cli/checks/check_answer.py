@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from tendon_cli import say
 from tendon_cli.answer_record import as_answer, as_read, holds
-from tendon_cli.answers.text_first import first_words
+from tendon_cli.answers.text import first_words
 from tendon_cli.checks.check_text import NEGATIVE, CheckResult, finite
 from tendon_cli.engine.results import Result
 

@@ -22,8 +22,8 @@ from tendon_cli.answers.paired import (
     unpaired_interval,
     why_other_draws,
 )
-from tendon_cli.answers.text import no_window_words
-from tendon_cli.answers.text_first import bench_words, first_words, suit_words
+from tendon_cli.answers.text import first_words, no_window_words
+from tendon_cli.answers.text_bench import bench_words, suit_words
 from tendon_cli.checks.compare_runs import MOST_NAMES, ROUNDING, judge
 from tendon_cli.checks.comparison_record import (
     BindingLimits,

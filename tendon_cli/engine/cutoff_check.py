@@ -10,16 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tendon_cli.answer_record import CutoffCheck
 from tendon_cli.engine.plan import Plan
 from tendon_cli.model.design import Design
 from tendon_cli.studies.study import Study
-
-if TYPE_CHECKING:
-    from tendon_cli.answer_record import CutoffCheck
 
 _CHANGES = 0.1
 """Share by which a peak must change to be decided by the cutoff."""

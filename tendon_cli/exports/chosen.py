@@ -11,7 +11,7 @@ import numpy as np
 from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, as_answer, named_first
 from tendon_cli.answers.answer import Answer
 from tendon_cli.answers.choice_rows import choice_in_row
-from tendon_cli.answers.text_first import suit_words
+from tendon_cli.answers.text_bench import suit_words
 from tendon_cli.errors import UsageError
 from tendon_cli.model.design import Design
 from tendon_cli.space.axis import SAMPLE_AXES, Numbers

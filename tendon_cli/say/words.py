@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 WIDTH = 80
 """Columns of a text."""
+_NARROWEST = 24
+"""Fewest columns in which words of a table are wrapped."""
 _TWO_SIDED_95 = 1.959963984540054
 """Quantile of the normal distribution for an interval of 95 %."""
 _SURELY = 1.0 + 1e-9
@@ -367,21 +369,35 @@ def wrap(text: str, indent: str = "", width: int = WIDTH, later: str | None = No
     return [line.replace(_JOINED, " ") for line in lines]
 
 
-def align_cells(lines: Sequence[Sequence[str]], least: int = 4) -> list[str]:
-    """Align the cells of a table in columns. Lines are indented and of at most 80 characters.
+def align_cells(lines: Sequence[Sequence[str]], least: int = 4, width: int = WIDTH) -> list[str]:
+    """Align the cells of a table in columns. Lines are indented and of at most `width` characters.
+
+    Words in the last column are wrapped if they do not fit.
 
     Args:
         lines: Rows of the table, each with the same number of cells.
         least: Number of columns that are kept; further ones are dropped if they do not fit.
+        width: Most characters of a line.
     """
     widths = [max(map(len, cells)) for cells in zip(*lines, strict=True)]
-    while sum(widths) + 2 * len(widths) > WIDTH and len(widths) > least:
+    room = width - 2 * len(widths) - sum(widths[:-1])
+    if widths[-1] > room >= _NARROWEST:
+        return [line for cells in lines for line in _with_wrapped_end(cells, widths, room)]
+    while sum(widths) + 2 * len(widths) > width and len(widths) > least:
         widths.pop()
-    rows = []
-    for line in lines:
-        cells = [cell.ljust(width) for cell, width in zip(line, widths, strict=False) if width]
-        rows.append(f"  {'  '.join(cells)}".rstrip()[:WIDTH])
-    return rows
+    return [_aligned(line, widths)[:width] for line in lines]
+
+
+def _with_wrapped_end(cells: Sequence[str], widths: Sequence[int], room: int) -> list[str]:
+    """Align a row of cells, the last of which takes as many lines as it needs."""
+    first, *others = textwrap.wrap(cells[-1], room) or [""]
+    rows = [[*cells[:-1], first], *([*("" for _ in cells[:-1]), text] for text in others)]
+    return [_aligned(row, widths) for row in rows]
+
+
+def _aligned(cells: Sequence[str], widths: Sequence[int]) -> str:
+    padded = [cell.ljust(width) for cell, width in zip(cells, widths, strict=False) if width]
+    return f"  {'  '.join(padded)}".rstrip()
 
 
 # --- The joint ------------------------------------------------------------------------------------

@@ -7,7 +7,6 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli import say
-from tendon_cli.answers.text_short import short_text
 from tendon_cli.cube.choice_grid import over_motion
 from tendon_cli.reports.data import MOST_SAMPLES, curves, places_of, states_record
 from tendon_cli.studies.spaces import space_of

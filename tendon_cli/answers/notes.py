@@ -1,4 +1,4 @@
-"""Words on what a question leaves out, and on what a proof holds for."""
+"""Notes on what a question leaves out, and on what a proof holds for."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from tendon_cli import say
 from tendon_cli.answer_record import FreshRecord
-from tendon_cli.answers.text_verified import members
+from tendon_cli.answers.phrases import members
 from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.study import Study, keys
 
