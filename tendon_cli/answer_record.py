@@ -511,6 +511,15 @@ class AssumedRecord(Record):
 
 
 @dataclass(kw_only=True)
+class ListedRecord(Record):
+    """A pretension that the study lists, and whom the choice named first then serves."""
+
+    pretension: Annotated[float, "The pretension as the study states it", "N"]
+    reading: Annotated[float, "What the gauge of the answer shows", AS_READ]
+    served: Annotated[float, "Share of the fresh sample, or of the conditions, that it serves"]
+
+
+@dataclass(kw_only=True)
 class DecisionRecord(Record):
     """Rule by which the best choice is named before all others, and choices that tie with it."""
 
@@ -892,6 +901,10 @@ class AnswerResults(Record):
         list[AssumedRecord],
         "Numbers that deviate, drawn or taken as exact, and what is taken as given, such as rigid "
         "cuffs; the one that moves an end most first",
+    ]
+    listed: Annotated[
+        list[ListedRecord],
+        "Pretensions that the study lists, judged with the choice named first",
     ]
     of_paper: Annotated[
         list[str],

@@ -33,8 +33,6 @@ def question_notes(
             "the study's pretensions per side are not used: the answer is one pretension for both"
             " sides"
         )
-    if any(study.numbers[key].is_axis for key in pretensions):
-        yield ("the study's pretensions are not used: the window is computed exactly, without them")
     for table in study.row_tables:
         if PRETENSION in [split_side(key)[0] for key in table.keys]:
             whose = "study's cases" if table.is_of_cases else f"table {table.key}"
@@ -67,7 +65,7 @@ def question_notes(
             " study has draws = 0 under [uncertainty]"
         )
     stated = study.uncertainty
-    if stated is not None and stated.asks_for_draws and stated.draws and not study.uncertain:
+    if stated is not None and stated.asks_for_draws and stated.draws and not study.to_draw:
         yield "nothing in this study is uncertain, so [uncertainty] draws nothing"
 
 

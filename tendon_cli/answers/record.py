@@ -17,6 +17,7 @@ from tendon_cli.answer_record import (
     ChoiceCertificate,
     ChoiceRecord,
     ConflictRecord,
+    ListedRecord,
     SensitivityRecord,
     TradeOffRecord,
     Values,
@@ -52,7 +53,7 @@ from tendon_cli.answers.verified_record import fresh_record, verified_record
 from tendon_cli.engine.cutoff_check import check_of_designs
 from tendon_cli.engine.plan import columns_of_motion
 from tendon_cli.engine.task import Note
-from tendon_cli.model.kinematics import Rows
+from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.window import Ends
 from tendon_cli.proof.certify import Certificate, Report, certify
 from tendon_cli.space.axis import PRETENSION
@@ -60,12 +61,15 @@ from tendon_cli.space.space import Space
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows import candidates
 from tendon_cli.windows.candidates import LimitPair
-from tendon_cli.windows.coverage import serves
+from tendon_cli.windows.coverage import normalise, serves
 from tendon_cli.windows.question import Question, affords_motion, is_sought, rows_to_prove
 from tendon_cli.windows.solutions import Solutions, solve, solve_windows
 from tendon_cli.windows.solver import Solver
+from tendon_cli.windows.study_arm import as_read
 from tendon_cli.windows.verification import Verified, Verifier
 
+_MOST_LISTED = 100
+"""Most pretensions of a list that are judged one by one."""
 Certificates = dict[int, Certificate]
 """Certificates by the rows of their choices, in the order of the proofs."""
 
@@ -296,6 +300,7 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
         parts_needed=parts,
         sensitivities=slopes,
         assumed=_assumed(solver, named_first, relevant, verifier, judged, slopes),
+        listed=_listed(solver, named_first, judged),
         of_paper=question.study.of_paper,
         checks=_checks(solver, named_first),
         between_samples=between,
@@ -449,6 +454,33 @@ def _nominal(solver: Solver, choice: Solutions) -> tuple[Solver, Solutions]:
     exact = replace(question, conditions=Space(others), serve=1.0, enough=1.0, sets_by_sample=False)
     of_suit = solver.for_question(exact)
     return of_suit, solve(of_suit, choice.points)
+
+
+def _listed(solver: Solver, choice: Solutions, judged: Verified | None) -> list[ListedRecord]:
+    """Return the pretensions that a study lists, judged with one choice.
+
+    A fresh sample judges, or without one the conditions.
+    """
+    question = solver.question
+    stated = question.study.numbers[PRETENSION]
+    if not stated.is_axis or len(stated) > _MOST_LISTED:
+        return []
+    low, high = judged.windows if judged is not None else _windows_of(solver, choice)
+    weights = np.ones(len(low)) if judged is None else judged.sample.weighting
+    repeated = choice.points.select(np.zeros(len(stated), dtype=np.int64))
+    readings = as_read(question, repeated, stated.array)
+    records = []
+    for pretension, reading in zip(stated.array.tolist(), readings.tolist(), strict=True):
+        share = float(normalise(weights) @ serves(low, high, reading))
+        records.append(ListedRecord(pretension=pretension, reading=reading, served=min(share, 1.0)))
+    return records
+
+
+def _windows_of(solver: Solver, choice: Solutions) -> tuple[Array, Array]:
+    """Return the ends of the windows of one choice under each group, (groups,) each, N."""
+    ends = solver.ends(choice.points)
+    low, high = solver.question.groups.windows(ends.low, ends.high)
+    return low[0], high[0]
 
 
 def _assumed(

@@ -32,6 +32,7 @@ _SECTIONS = {
     "checks": "What the cutoff decides",
     "sensitivities": "What moves the window most",
     "assumed": "Assumed, and what each does to the window",
+    "listed": "Pretensions that the study lists",
     "population": "For whom, or how sure",
     "best_by": "Best by each goal",
     "front": "Pareto front",

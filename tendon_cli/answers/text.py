@@ -32,6 +32,7 @@ from tendon_cli.answers.text_assumed import (
     cuffs_words,
     deviations_words,
     errors_reach_setting,
+    listed_words,
     paper_words,
     posture_words,
 )
@@ -208,7 +209,7 @@ def _rests_on(record: AnswerResults, best: ChoiceRecord) -> Iterator[Clause]:
     deviations = deviations_words(record, best)
     if deviations:
         yield Clause(deviations, 1 if errors_reach_setting(record, best) else 3)
-    for words in (posture_words(record), paper_words(record)):
+    for words in (listed_words(record), posture_words(record), paper_words(record)):
         if words:
             yield Clause(words, 4)
     for note in record.notes:

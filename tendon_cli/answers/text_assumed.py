@@ -11,6 +11,8 @@ from tendon_cli.studies.study import keys
 
 _MOST_NAMED = 3
 """Most numbers that are named."""
+_MOST_PRETENSIONS = 6
+"""Most pretensions of a list that are named."""
 _LEAST_MOVE = 0.05
 """Change of an end below which it is not said, N."""
 _CUFFS = "anchor.stiffness"
@@ -88,6 +90,28 @@ def errors_reach_setting(record: AnswerResults, best: ChoiceRecord) -> bool:
     return any(_distance(best, end) < together for end, together in _moved_ends(exact).items())
 
 
+def listed_words(record: AnswerResults) -> str:
+    """Say which of the pretensions that the study lists serves most.
+
+    "Of your 100, 140 and 180 N, 100 N would serve 96 %".
+    """
+    if not record.listed:
+        return ""
+    values = [say.number(entry.pretension) for entry in record.listed]
+    unit = record.question.unit
+    best = max(record.listed, key=lambda entry: entry.served)
+    of_these = f"of your {_listed(values, len(values))} {unit}"
+    if len(values) > _MOST_PRETENSIONS:
+        of_these = f"of your {len(values):,} pretensions"
+    if best.served <= 0.0:
+        return f"{of_these} none works with this choice"
+    one = f"{say.number(best.pretension)} {unit}"
+    if record.question.read != "pretension":
+        one += f" ({say.number(best.reading, 3)} {unit} in the flexor)"
+    serves = "works" if best.served >= 1.0 else f"would serve {say.percent(best.served)}"
+    return f"{of_these}, {one} {serves}"
+
+
 def paper_words(record: AnswerResults) -> str:
     """Say which numbers of the arm are the paper's because the study does not state them."""
     if not record.of_paper:
@@ -101,11 +125,11 @@ def paper_words(record: AnswerResults) -> str:
 _ARM = ("a1", "b1", "a2", "b2", "elbow_radius", "forearm_mass", "forearm_com", "load_distance")
 
 
-def _listed(words: Sequence[str]) -> str:
+def _listed(words: Sequence[str], most: int = _MOST_NAMED) -> str:
     """List the first few words, and count the others."""
-    named = [*words[:_MOST_NAMED]]
-    if len(words) > _MOST_NAMED:
-        named.append(say.counted(len(words) - _MOST_NAMED, "other"))
+    named = [*words[:most]]
+    if len(words) > most:
+        named.append(say.counted(len(words) - most, "other"))
     return say.join_words(named)
 
 
