@@ -105,6 +105,9 @@ class QuestionRecord(Record):
         str,
         'Gauge by which a pretension is read: "pretension" (F0), "flexor at joint"',
     ]
+    set_by_sample: Annotated[
+        bool, "True if windows and settings of the named choices are those of a second sample"
+    ] = False
     shows_own_f0: Annotated[
         bool,
         "True if pretensions in rows of choices are F0 of the study's own arm; all others are as "

@@ -41,7 +41,7 @@ def cuffs_words(record: AnswerResults) -> str:
         works = f"no setting serves more than {say.percent(best)}"
     else:
         works = "another setting is needed"
-    return f"as if cuffs did not give: {measured} {works}"
+    return f"This is as if cuffs did not give: {measured} {works}."
 
 
 def posture_words(record: AnswerResults) -> str:
