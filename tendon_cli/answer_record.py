@@ -387,6 +387,12 @@ class RopeRecord(Record):
     reserve: Annotated[float, "Customary ratio of the breaking tension to the largest one"]
     least_breaking_force: Annotated[float, "Tension below which it should not break", "N"]
     least_diameter: Annotated[float, "Diameter of a stainless 7x7 rope that breaks there", "m"]
+    kinds: Annotated[
+        dict[str, float], "Diameter of the weakest sufficient rope, by kinds that bend easily", "m"
+    ]
+    spools: Annotated[
+        dict[str, float], "Diameter of the narrowest spool that suits it, by the same kinds", "m"
+    ]
     breaking_force: Annotated[
         float | None,
         "Tension at which it breaks; null if the study states none",
@@ -434,6 +440,12 @@ class SpringRecord(Record):
         "is not stated, the longest that fits; null without a spring between anchors",
         "m",
     ]
+    least_length: Annotated[
+        float | None,
+        "Shortest unloaded length, hooks included, to which the flexor's can be wound of music "
+        "wire; null for a rigid one",
+        "m",
+    ]
     extension: Annotated[float | None, "Extension of the flexor's where room is least", "m"]
     distance: Annotated[float | None, "Distance of its anchors there", "m"]
 
@@ -442,7 +454,13 @@ class SpringRecord(Record):
 class MotorRecord(Record):
     """Motor."""
 
-    torque: Annotated[float, "Largest torque", "N m"]
+    torque: Annotated[float, "Largest torque at the spool", "N m"]
+    worn_torque: Annotated[
+        float | None,
+        "The same with worn sheaths, which pass 69 % of the tension; null where the study's pass "
+        "less",
+        "N m",
+    ]
     speed: Annotated[float | None, "Largest speed; null if the study says nothing of time", "rad/s"]
     power: Annotated[float | None, "Largest power", "W"]
 

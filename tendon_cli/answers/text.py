@@ -190,7 +190,7 @@ def _to_set(record: AnswerResults, best: ChoiceRecord, setting: SettingRecord) -
     yield Clause(shortening_words(record, best, setting))
     spread = spread_words(record, setting)
     if spread:
-        yield Clause(spread, 1)
+        yield Clause(spread, 4)
     yield Clause(other_end_words(question, best), 6)
 
 

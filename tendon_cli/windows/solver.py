@@ -16,7 +16,7 @@ from tendon_cli.errors import Stopped
 from tendon_cli.model import extremes, whole_motion, window
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import MOTOR_TORQUE, Design
-from tendon_cli.model.kinematics import Array, Flags, Rows
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import CONTACT_PRESSURE, contact_pressure
 from tendon_cli.model.motion_window import window_along
 from tendon_cli.model.motor import cycle_columns
@@ -403,13 +403,6 @@ class Solver:
             counts = served[rows, conditions] & ~np.isnan(values)
             largest[:, conditions] = np.where(counts, values, -np.inf)[:, 0]
         return largest
-
-    def severest_conditions(
-        self, points: Points, pretension: Array, served: Flags, most: int
-    ) -> Rows:
-        """Return the conditions that are the worst for one choice, `most` for each quantity."""
-        largest = self.quantities_under_each(points, pretension, served)
-        return np.unique(np.argsort(-largest, axis=1, kind="stable")[:, :most])
 
     def _quantities(
         self, points: Points, pretension: Array
