@@ -59,6 +59,10 @@ _VARIED = "tendon_cli.studies.load.varied_study"
 """Function behind `vary`, by its name: what checks studies takes them, and lies above."""
 _UNNAMED = "study"
 """Name of a study that has none."""
+_FEWEST_DRAWS = 16
+"""Draws of usual deviations that each person of a file has at least."""
+_MOST_PAIRS = 2**12
+"""Pairs of persons of a file and such draws, beyond which each person has fewer."""
 _MAX_VALUES = 6
 """Values of an axis that a text shows; of a longer one only the first and the last."""
 _IDLE_INERTIA = (
@@ -415,6 +419,8 @@ class Study(Displayed, StudyTables):
         drawing = self.drawing
         if self.people is None or drawing is None:
             return False
+        if self.usual and not self.people.is_from_file:
+            return False  # the persons are a sample, too, and each has one draw
         return self.people.persons < drawing.draws
 
     @property
@@ -425,8 +431,13 @@ class Study(Displayed, StudyTables):
         """
         if self.drawing is None:
             return 0
-        is_axis = self.people is None or self.is_crossed
-        return self.drawing.draws if is_axis else 0
+        if self.people is None:
+            return self.drawing.draws
+        if not self.is_crossed:
+            return 0
+        if self.usual:
+            return min(self.drawing.draws, max(_FEWEST_DRAWS, _MOST_PAIRS // self.people.persons))
+        return self.drawing.draws
 
     @property
     def named_lengths(self) -> dict[str, int]:
