@@ -14,7 +14,7 @@ from tendon_cli.space.axis import SAMPLE_AXES, Axis
 from tendon_cli.space.space import Space
 from tendon_cli.windows.coverage import ROUNDING, effective_count_of_strata, serves
 from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import LEAN, Placement, Question, cost_per_design
+from tendon_cli.windows.question import LEAN, Placement, Question, cost_per_design, is_sought
 from tendon_cli.windows.solutions import Binding, End, Solutions, solve
 from tendon_cli.windows.solver import Solver
 
@@ -28,6 +28,8 @@ _MOST_STATES = 2**25
 """Most states of one choice that a fresh sample has, or as many as take as long."""
 _FEWEST_MEMBERS = 256
 """Members that a fresh sample has however long they take."""
+_FEWER_TO_SET = 8
+"""Factor by which the sample that sets choices is smaller than the one that judges."""
 _INSIDE = 3
 """Values at which any other interval is judged in which limits are not linear."""
 
@@ -88,13 +90,12 @@ class Verifier:
             others = [_with_inside(question, axis) for axis in others]
         conditions = Space((sample.axis, *others)).grouped()
         of_sample = replace(question, conditions=conditions, enough=question.serve)
-        return cls(solver.for_question(of_sample), sample).within_budget()
-
-    def within_budget(self) -> Self:
-        """Return a judge of fewer members where all would take too long."""
-        question = self.solver.question
-        of_member = question.groups.conditions_per_group * cost_per_design(question)
-        return self.thinned(max(_FEWEST_MEMBERS, _MOST_STATES // of_member))
+        judge = cls(solver.for_question(of_sample), sample)
+        of_member = judge.solver.question.groups.conditions_per_group * cost_per_design(of_sample)
+        most = _MOST_STATES // of_member
+        if second and is_sought(question):
+            most //= _FEWER_TO_SET  # it solves many choices, where each window is sought
+        return judge.thinned(max(_FEWEST_MEMBERS, most))
 
     def thinned(self, most: int) -> Self:
         """Return a judge that asks at most so many members (`FreshSample.thinned`)."""
