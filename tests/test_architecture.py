@@ -48,7 +48,7 @@ MAY_IMPORT = {
     "registry": set(),
     "units": set(),
     "model": {"quantities", "units", "errors"},
-    "say": {"answer_record", "model", "quantities", "units"},
+    "say": {"answer_record", "model", "quantities", "typed_record", "units"},
     "tables": GROUND,
     "studies": {"space", "model", *GROUND},
     "cube": {"engine", *BELOW_THE_ROOMS},
