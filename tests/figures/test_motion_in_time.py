@@ -101,7 +101,7 @@ def test_the_page_has_the_samples_of_the_motion_with_both_candidates(swept):
 
 def test_the_window_over_time_is_the_tightest_of_all_moments_that_count(answer, tmp_path):
     best = answer.record["best"]
-    window = over_motion(answer.record)
+    window = over_motion(answer.answer)
     assert window.is_in_time
     floor, roof = window.tightest
     assert np.nanmax(floor[window.does_count]) == pytest.approx(best["pretension_from"], rel=1e-6)

@@ -1,6 +1,5 @@
 """`tendon design` over people and draws: for whom, sizes, and how sure, in text and figures."""
 
-
 import numpy as np
 import pytest
 
