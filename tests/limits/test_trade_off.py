@@ -7,6 +7,7 @@ import pytest
 from matplotlib.text import Text
 
 import tendon_cli as tendon
+from tendon_cli import say
 from tendon_cli.cube.cube import choices_of
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.trade_off import draw_trade_off, trade_off_page
