@@ -980,9 +980,10 @@ def population_of(record: AnswerResults) -> PopulationRecord:
     Raises:
         ValueError: The answer has neither.
     """
-    if record.population is None:
+    population: PopulationRecord | None = record["population"]
+    if population is None:
         raise ValueError("an answer without persons and draws has no record of them")
-    return record.population
+    return population
 
 
 def named_first(record: AnswerResults) -> ChoiceRecord | None:

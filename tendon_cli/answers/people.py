@@ -22,7 +22,7 @@ from tendon_cli.answer_record import (
     Values,
     value_of,
 )
-from tendon_cli.answers.phrases import LESS, MORE, NEITHER, population_title, reason_words
+from tendon_cli.answers.phrases import LESS, MORE, NEITHER, reason_words
 from tendon_cli.answers.question_facts import (
     condition_values,
     question_record,
@@ -30,7 +30,7 @@ from tendon_cli.answers.question_facts import (
 )
 from tendon_cli.answers.sensitivity import indices
 from tendon_cli.answers.setup import settings
-from tendon_cli.answers.text_bench import FEW_PERSONS
+from tendon_cli.answers.text_bench import FEW_PERSONS, population_title
 from tendon_cli.answers.verified_record import fresh_record, verified_record
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array, Flags, Rows
@@ -183,7 +183,7 @@ def population(
         title="",
     )
     fresh = None if judged is None else fresh_record(judged.sample)
-    record.title = population_title(question_record(question), record, fresh, question.serve)
+    record.title = population_title(question_record(question), record, row, fresh, question.serve)
     return record
 
 

@@ -433,30 +433,6 @@ def _share(value: float, serve: float) -> str:
 # --- Persons and draws ----------------------------------------------------------------------------
 
 
-def population_title(
-    question: QuestionRecord,
-    population: PopulationRecord,
-    fresh: FreshRecord | None,
-    serve: float,
-) -> str:
-    """Say the choice, its pretension and the share that it serves, for figures and pages.
-
-    Args:
-        question: The question.
-        population: The choice for persons or draws.
-        fresh: Fresh sample that judges it; None without one.
-        serve: Share that is enough.
-    """
-    judged = population.served_verified
-    share = f"serves {population_share(population)}"
-    if fresh is not None and judged is not None:
-        share = f"serves {share_words(fresh, judged, serve)}"
-    if population.pretension is not None:
-        share = f"{say.number(population.pretension)} {question.unit} {share}"
-    choice = choice_words(question, population.values)
-    return f"{choice}, {share}" if choice else share
-
-
 def reason_words(
     question: QuestionRecord, choice: Mapping[str, Any], limits: list[str], under: list[Values]
 ) -> str:

@@ -15,7 +15,6 @@ from tendon_cli.answer_record import (
     value_of,
 )
 from tendon_cli.answers.phrases import value_words
-from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import AS_READ as COLUMNS_AS_READ
 from tendon_cli.quantities import QUANTITIES, Quantity, in_unit_of_reading
 from tendon_cli.space.axis import evenly_spaced, limit_of
@@ -312,7 +311,7 @@ def _has_records(value: Any) -> bool:
 
 def _quantity_of(key: str) -> Quantity | None:
     """Return the quantity of a number, or of a limit, by its key; None for a name."""
-    limit = limit_of(key) or (key if key in LIMITS else None)
+    limit = limit_of(key) or (key if key in QUANTITIES else None)
     if limit is not None:
         return QUANTITIES[limit]
     return keys()[key].quantity if key in keys() else None

@@ -65,6 +65,8 @@ from tendon_cli.space.axis import PERSON_AXIS, limit_of
 from tendon_cli.studies.axis_words import parameter
 from tendon_cli.studies.study import keys
 
+_ALL_LINES = 1000
+"""Lines that no answer needs."""
 MOST_LINES = 14
 """Most lines of a short answer, blank ones not counted."""
 WIDTH = 100
@@ -81,8 +83,8 @@ _FAR_APART = 0.1
 # --- All of it ------------------------------------------------------------------------------------
 
 
-def short_text(record: AnswerResults) -> str:
-    """Return the short answer."""
+def short_text(record: AnswerResults, most_lines: int = MOST_LINES) -> str:
+    """Return the short answer; with more lines, more of what may be left out stands in it."""
     joint = record.question.joint
     named = [
         section._replace(
@@ -93,13 +95,13 @@ def short_text(record: AnswerResults) -> str:
         )
         for section in _sections(record)
     ]
-    return say.fit(named, MOST_LINES, WIDTH)
+    return say.fit(named, most_lines, WIDTH)
 
 
 def answer_text(record: AnswerResults) -> str:
-    """Return the whole answer: the short one, then the sections of the record as tables."""
+    """Return the whole answer: all of the short one, then the sections of the record as tables."""
     tables = say.as_text(_tables(record), record.question.joint, WIDTH)
-    return f"{short_text(record)}\n\n{tables}"
+    return f"{short_text(record, _ALL_LINES)}\n\n{tables}"
 
 
 def answer_blocks(record: AnswerResults) -> Iterator[say.Block]:

@@ -12,14 +12,19 @@ from tendon_cli.answer_record import (
     AxisRecord,
     ChoiceRecord,
     DriftRecord,
+    FreshRecord,
+    PopulationRecord,
     QuestionRecord,
     SettingRecord,
     Value,
     value_of,
 )
 from tendon_cli.answers.phrases import (
+    choice_words,
     ends_of,
+    population_share,
     pretension_words,
+    share_words,
     value_words,
     window_of,
 )
@@ -132,16 +137,15 @@ def bench_words(record: AnswerResults, best: ChoiceRecord) -> str:
     """Say what to set, on whom and in which posture: "168 N in the flexor ..., hand empty"."""
     question = record.question
     setting = record.setting
-    tensions = _tensions(record, best)
+    tensions = to_set_words(question, best)
     if setting is None:
         return tensions
     whom = on_whom(question, setting)
     return f"{tensions}{whom}, {posture_words(question.joint, setting)}"
 
 
-def _tensions(record: AnswerResults, best: ChoiceRecord) -> str:
+def to_set_words(question: QuestionRecord, best: ChoiceRecord) -> str:
     """Say the tensions to set where they are read, or the torque with the tensions beside it."""
-    question = record.question
     read = question.read
     is_motor = is_read_at_motor(question)
     columns = SET_AT_MOTOR if is_motor else SET_AT_JOINT
@@ -162,6 +166,32 @@ def _tensions(record: AnswerResults, best: ChoiceRecord) -> str:
         extensor = pretension_words(question, best)
         return f"{extensor} in the extensor ({flexor} in the flexor) at the {end}"
     return f"{flexor} in the flexor ({extensor} in the extensor) at the {end}"
+
+
+def population_title(
+    question: QuestionRecord,
+    population: PopulationRecord,
+    row: ChoiceRecord,
+    fresh: FreshRecord | None,
+    serve: float,
+) -> str:
+    """Say a choice, what to set and the share that this serves, for figures and pages.
+
+    Args:
+        question: The question.
+        population: The choice for persons or draws.
+        row: The choice.
+        fresh: Fresh sample that judges it; None without one.
+        serve: Share that is enough.
+    """
+    judged = population.served_verified
+    share = f"serves {population_share(population)}"
+    if fresh is not None and judged is not None:
+        share = f"serves {share_words(fresh, judged, serve)}"
+    if population.pretension is not None:
+        share = f"{to_set_words(question, row)} {share}"
+    choice = choice_words(question, population.values)
+    return f"{choice}: {share}" if choice else share
 
 
 def _digits(best: ChoiceRecord, tension: float) -> int:

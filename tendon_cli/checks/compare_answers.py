@@ -62,19 +62,19 @@ class ComparedColumn(NamedTuple):
 
 
 COLUMNS = (
+    ComparedColumn("set_flexor_tension", "to set in the flexor", 0),
+    ComparedColumn("set_extensor_tension", "to set in the extensor", 0),
+    ComparedColumn("pretension", "pretension to set", 0),
     ComparedColumn("pretension_from", "window from", 0),
     ComparedColumn("pretension_to", "window to", 0),
     ComparedColumn("tolerance_length", "half of the window", 1),
-    ComparedColumn("pretension", "pretension to set", 0),
-    ComparedColumn("set_flexor_tension", "to set in the flexor", 0),
-    ComparedColumn("set_extensor_tension", "to set in the extensor", 0),
     ComparedColumn("max_tension", "largest tension", -1),
     ComparedColumn("max_contact_pressure", "strap pressure", -1),
     ComparedColumn("max_spring_extension", "spring travel", -1),
     ComparedColumn("peak_motor_torque", "motor torque", -1),
     ComparedColumn("min_elbow_stiffness", "least elbow stiffness", 1),
 )
-"""Columns that are compared, those of the window first."""
+"""Columns that are compared, those that a gauge shows first."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -81,7 +81,7 @@ class Result(Displayed):
             whole: True for all that there is to say of the result.
         """
         record = self.record
-        took = ", up to date" if self.up_to_date else f" in {record['seconds']:.3g} s"
+        took = ", up to date" if self.up_to_date else f" in {say.number(record['seconds'], 3)} s"
         warnings = [f"warning: {warning}" for warning in record["warnings"]]
         files = ", ".join([*self.table_files, self.kind.record, *record["figures"]])
         option = self.kind.whole
@@ -157,8 +157,8 @@ class Run(Result):
             return f"{head}, up to date"
         drawing = ""
         if record.get("figure_seconds"):
-            drawing = f", figures in {record['figure_seconds']:.2g} s"
-        return f"{head} in {record['seconds']:.3g} s{drawing}"
+            drawing = f", figures in {say.number(record['figure_seconds'], 2)} s"
+        return f"{head} in {say.number(record['seconds'], 3)} s{drawing}"
 
     def facts(self) -> list[tuple[str, str]]:
         """Return the results of the run, each with its name."""

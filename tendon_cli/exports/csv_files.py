@@ -251,13 +251,13 @@ def _worked_out(suit: ChosenSuit) -> Iterator[ListedNumber]:
 
 
 _FROM_ANSWER = (
-    "pretension",
-    "pretension_from",
-    "pretension_to",
     "set_flexor_tension",
     "set_extensor_tension",
     "set_flexor_tension_motor",
     "set_extensor_tension_motor",
+    "pretension",
+    "pretension_from",
+    "pretension_to",
     "tolerance_length",
     "max_tension",
     "max_spring_extension",

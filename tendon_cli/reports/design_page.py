@@ -53,6 +53,8 @@ RESULTS = (
     "tolerance",
     "served",
     "served_at",
+    "set_flexor_tension",
+    "set_extensor_tension",
     "pretension",
     "pretension_from",
     "pretension_to",

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from tendon_cli import units
 from tendon_cli.quantities import QUANTITIES, SIDES, Quantity, bound_name
+from tendon_cli.typed_record import Record
 from tendon_cli.units import counted
 
 if TYPE_CHECKING:
@@ -410,6 +411,8 @@ def joint_name(study: Any) -> str:
 
     `study` is a `Study`, its document, or a record that holds one.
     """
+    if isinstance(study, Record):
+        study = study["study"]
     while isinstance(study, Mapping) and "study" in study:
         study = study["study"]
     if isinstance(study, Mapping):
