@@ -24,7 +24,6 @@ from tendon_cli.quantities import (
     OF_DESIGNS,
     OF_STATES,
     OF_TRAJECTORIES,
-    PLAUSIBLE,
     QUANTITIES,
     Quantity,
 )
@@ -61,10 +60,6 @@ def key_table() -> str:
             continue  # limits have a table of their own
         number = key.number
         quantity = number.quantity
-        low, high = PLAUSIBLE.get(number.name, (None, None))
-        plausible = ""
-        if low is not None:
-            plausible = f"{say.quantity(quantity, low)} to {say.quantity(quantity, high)}"
         rows.append(
             (
                 f"`{path}`",
