@@ -14,7 +14,7 @@ import tendon_cli as tendon
 from tendon_cli.commands.fit_friction import fit_friction
 from tendon_cli.errors import InputError
 from tendon_cli.figures.friction import fit_page
-from tendon_cli.friction.budget import ZEROS
+from tendon_cli.fits.friction.budget import ZEROS
 from verification.friction_rigs.random_rigs import (
     RandomRig,
     drawn_rig,

@@ -7,11 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tendon_cli.fits.suit.fitted_numbers import _pairs
+from tendon_cli.fits.suit.misfit import kernels_of
+from tendon_cli.fits.suit.parameters import usual_inertia
+from tendon_cli.fits.suit.patterns import _sensor_warnings, fast_note
 from tendon_cli.studies.fit_section import BACKLASH
-from tendon_cli.suit_fit.fitted_numbers import _pairs
-from tendon_cli.suit_fit.misfit import kernels_of
-from tendon_cli.suit_fit.parameters import usual_inertia
-from tendon_cli.suit_fit.patterns import _sensor_warnings, fast_note
 from tests.suit_fit.conftest import TRUTH as STATED
 
 NORMAL = 1.96
