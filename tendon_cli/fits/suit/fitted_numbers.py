@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import combinations as pairs_of
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -30,11 +30,8 @@ _NORMAL_COVERAGE = 1.959963984540054
 """Half-width of a 95 % interval over the standard deviation of a normal law."""
 _IN_SERIES = ("spring.stiffness", "anchor.stiffness", "tendon.youngs_modulus")
 """Stiffnesses whose compliances add up."""
-_CORRELATED = 0.9
-"""Correlation from which two numbers are known only together."""
-_TOGETHER = 0.6
+_BETTER = 0.6
 """Relative deviation of a combination, over that of each of its numbers, at most."""
-_MOST_PAIRS = 4
 _STEP = 1e-4
 
 
@@ -90,37 +87,28 @@ class FittedNumber:
 
 @dataclass(frozen=True)
 class Combination:
-    """Numbers of which a log tells one combination better than each."""
+    """Two numbers of which logs tell one combination better than each."""
 
-    keys: tuple[str, ...]
+    keys: tuple[str, str]
     name: str
-    """The combination, in words or as a formula."""
-    value: float | None
-    std: float | None
+    value: float
+    std: float
     unit: str
 
     @property
     def record(self) -> dict[str, Any]:
         """The combination as plain JSON values."""
-        return {
-            "keys": list(self.keys),
-            "name": self.name,
-            "value": self.value,
-            "std": self.std,
-            "unit": self.unit,
-        }
+        return asdict(self)
 
     @property
     def text(self) -> str:
         """The combination in words."""
-        if self.value is None or self.std is None:
-            return self.name
         unit = "" if self.unit == "1" else f" {self.unit}"
-        known = f"known best: {self.name} = {say.number(self.value, 3)}{unit}"
-        if not self.value:
-            return known
         share = say.number(100.0 * self.std / abs(self.value), 1)
-        return f"{known}, to within {share} % (one standard deviation)"
+        return (
+            f"known best: {self.name} = {say.number(self.value, 3)}{unit},"
+            f" to within {share} % (one standard deviation)"
+        )
 
 
 def fitted_numbers(estimate: SuitEstimate) -> list[FittedNumber]:
@@ -204,131 +192,38 @@ def _prior_text(parameter: Parameter, number: FittedNumber) -> str:
     return f"{number.text(law.middle)} ± {number.text(law.spread, 2)}{usual}"
 
 
-# --- What is known only together ------------------------------------------------------------------
-
-
 def _series(first: Floats, second: Floats) -> Floats:
     """Return the stiffness of two springs in series, N/m."""
-    return np.asarray(1.0 / (1.0 / first + 1.0 / second))
+    return 1.0 / (1.0 / first + 1.0 / second)
 
 
-def _product(first: Floats, second: Floats) -> Floats:
-    """Return the product of two numbers."""
-    return np.asarray(first * second)
-
-
-@dataclass(frozen=True)
-class _Candidate:
-    """Two numbers of a suit of which logs may tell one combination."""
-
-    first: str
-    second: str
-    name: str
-    unit: str
-    formula: Callable[[Floats, Floats], Floats]
-
-    def values(self, values: Mapping[str, Floats]) -> Floats:
-        """Return the combination of values by key."""
-        return self.formula(values[self.first], values[self.second])
-
-    def of_side(self, side: str) -> _Candidate:
-        """Return the same combination of one side."""
-        return replace(
-            self,
-            first=of_side(self.first, side),
-            second=of_side(self.second, side),
-            name=f"{self.name} of the {side}",
-        )
-
-
-_SERIES = _Candidate(
-    "spring.stiffness", "anchor.stiffness", "spring and tissue in series", "N/m", _series
+_TOGETHER: tuple[tuple[str, str, str, str, Callable[[Any, Any], Any]], ...] = (
+    ("spring.stiffness", "anchor.stiffness", "spring and tissue in series", "N/m", _series),
+    ("sheath.friction", "sheath.bend_angle", "friction over the bend μφ", "1", np.multiply),
+    ("arm.forearm_mass", "arm.forearm_com", "moment of the forearm m_f d_com", "kg m", np.multiply),
 )
-_BENT = _Candidate(
-    "sheath.friction", "sheath.bend_angle", "friction over the bend μφ", "1", _product
-)
-_MOMENT = _Candidate(
-    "arm.forearm_mass", "arm.forearm_com", "moment of the forearm m_f d_com", "kg m", _product
-)
-
-
-def _candidates(known: Sequence[str]) -> list[_Candidate]:
-    """Return the combinations of a suit whose numbers are both fitted."""
-    all_of_them = [_MOMENT]
-    for both in (_SERIES, _BENT):
-        all_of_them += [both, *(both.of_side(side) for side in SIDES)]
-    return [one for one in all_of_them if one.first in known and one.second in known]
+"""Pairs of numbers of which the tendons feel one combination, with its name, unit and formula."""
 
 
 def combinations(estimate: SuitEstimate, numbers: Sequence[FittedNumber]) -> list[Combination]:
-    """Return what a log tells only together: of a suit's parts, and of any correlated pair."""
-    known = [number.key for number in numbers]
-    shares = {
-        number.key: number.std / abs(number.value) if number.value else math.inf
-        for number in numbers
-    }
-    found = []
-    named: set[frozenset[str]] = set()
-    for candidate in _candidates(known):
-        members = (candidate.first, candidate.second)
-        value, slope = _gradient(estimate, candidate)
-        std = math.sqrt(float(slope @ estimate.covariance @ slope))
-        told = 1.0 - std**2 / max(float(slope @ slope), 1e-300)
-        named.add(frozenset(members))
-        is_better = std / abs(value) < _TOGETHER * min(shares[key] for key in members)
-        if told >= TOLD and is_better:
-            found.append(Combination(members, candidate.name, value, std, candidate.unit))
-    return found + _pairs(estimate, numbers, named)
-
-
-def _pairs(
-    estimate: SuitEstimate, numbers: Sequence[FittedNumber], named: set[frozenset[str]]
-) -> list[Combination]:
-    """Return the most correlated pairs of numbers of which no more is known than both together."""
-    covariance = estimate.covariance
-    deviation = np.sqrt(np.diag(covariance))
-    correlation = covariance / np.outer(deviation, deviation)
-    found = []
-    for first, second in pairs_of(range(len(numbers)), 2):
-        both = (numbers[first], numbers[second])
-        strength = float(correlation[first, second])
-        is_zero = any("zero" in number.key and number.unit == "rad" for number in both)
-        members = frozenset(number.key for number in both)
-        if abs(strength) < _CORRELATED or members in named or is_zero:
-            continue
-        one, other = (_short(number.key) for number in both)
-        name = f"{one} rises as {other} falls"
-        if strength > 0.0:
-            name = f"{one} and {other} rise together"
-        if all(number.key.startswith("load ") for number in both):
-            name = (
-                f"an error in the {_mass(both[0].key)} load and one in the {_mass(both[1].key)}"
-                " load cannot be told apart"
-            )
-        found.append((abs(strength), Combination(tuple(sorted(members)), name, None, None, "1")))
-    found.sort(key=lambda pair: -pair[0])
-    return [combination for _, combination in found[:_MOST_PAIRS]]
-
-
-def _mass(key: str) -> str:
-    """Return the stated mass of a load that the logs name, "2 kg" of "load 2 kg"."""
-    return key.removeprefix("load ")
-
-
-def _short(key: str) -> str:
-    """Return a key without its table, in words."""
-    common, side = split_side(key)
-    name = common.rpartition(".")[2].replace("_", " ")
-    table = common.partition(".")[0]
-    if name in ("stiffness", "length"):
-        name = f"{table} {name}"
-    return f"{name} of the {side}" if side else name
-
-
-def _gradient(estimate: SuitEstimate, candidate: _Candidate) -> tuple[float, Floats]:
-    """Return a combination of values at an estimate, and its slopes by the scores."""
+    """Return what a log tells only together."""
     count = len(estimate.scores)
     sets = np.tile(estimate.scores, (count + 1, 1))
     sets[1:] += _STEP * np.eye(count)
-    values = candidate.values(estimate.model.values(sets))
-    return float(values[0]), np.asarray((values[1:] - values[0]) / _STEP)
+    values = estimate.model.values(sets)
+    std = {number.key: number.std for number in numbers}
+    found = []
+    for (first, second, name, unit, formula), side in itertools.product(_TOGETHER, ("", *SIDES)):
+        both = (of_side(first, side), of_side(second, side)) if side else (first, second)
+        if not std.keys() >= {*both}:
+            continue
+        formed = np.asarray(formula(values[both[0]], values[both[1]]))
+        slope = (formed[1:] - formed[0]) / _STEP
+        deviation = math.sqrt(float(slope @ estimate.covariance @ slope))
+        told = 1.0 - deviation**2 / max(float(slope @ slope), 1e-300)
+        value = float(formed[0])
+        least = min(std[key] / abs(values[key][0]) for key in both)
+        if told >= TOLD and deviation / abs(value) < _BETTER * least:
+            full_name = f"{name} of the {side}" if side else name
+            found.append(Combination(both, full_name, value, deviation, unit))
+    return found

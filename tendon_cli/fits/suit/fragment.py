@@ -16,9 +16,9 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.files import begins_with, read_file, what_is_written, write_output
 from tendon_cli.fits.suit.fitted_numbers import FittedNumber
-from tendon_cli.fits.suit.next_log import loads_judged
 from tendon_cli.fits.suit.parameters import Parameter, loads_of_study
 from tendon_cli.fits.suit.suit_result import SuitFit
+from tendon_cli.fits.suit.window import loads_judged
 from tendon_cli.version import __version__
 
 _MARK = "# Numbers of a suit fitted by `tendon fit-suit`."

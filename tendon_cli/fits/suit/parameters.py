@@ -35,6 +35,7 @@ TORQUE_ZERO = "torque zero"
 TORQUE_GAIN = "torque gain"
 TORQUE_DELAY = "torque delay"
 GEAR_FRICTION = "gear friction"
+GEAR_EFFICIENCY = "gear efficiency"
 
 _LENGTH_SHARE = 0.02
 _MASS_SHARE = 0.05
@@ -65,7 +66,7 @@ TOLERANCES = {
     "arm.upper_arm_angle": Tolerance(math.radians(2.0), is_share=False),
     LOAD: Tolerance(_MASS_SHARE),
     "sheath.friction": Tolerance(0.2),
-    "sheath.bend_angle": Tolerance(0.02),
+    "sheath.bend_angle": Tolerance(0.05),
     "tendon.length": Tolerance(_LENGTH_SHARE),
     "tendon.youngs_modulus": Tolerance(0.1),
     PRETENSION: Tolerance(0.1),
@@ -73,7 +74,7 @@ TOLERANCES = {
     "anchor.stiffness": Tolerance(0.5),
     "joint.stiffness": Tolerance(0.4, is_share=False),
     "joint.rest_angle": Tolerance(math.radians(10.0), is_share=False),
-    "spool.flexor_radius": Tolerance(0.005),
+    "spool.flexor_radius": Tolerance(0.01),
     "spool.ratio": Tolerance(0.01),
 }
 """Usual standard deviations of numbers without one of their own: with a tape and scales on a
@@ -87,6 +88,9 @@ TORQUE_ZERO_SHARE = 0.05
 """Standard deviation of the zero of the torque, as a share of the range of the torque."""
 _GEAR_SHARE = 0.05
 """Standard deviation of the gear's Coulomb friction, as a share of the range of the torque."""
+_EFFICIENCY = (0.9, 0.07)
+"""Mean and standard deviation of a gear's efficiency: 0.75 to 1 of what is usual. It is not cut off
+at 1, where a cut would hide how far the others depend on it."""
 _TORQUE_GAIN = 0.05
 _JOINT_ZERO = math.radians(2.0)
 _JOINT_GAIN = 0.02
@@ -233,6 +237,7 @@ def sensors_of(
         found.append(Parameter(TORQUE_GAIN, normal(0.0, _TORQUE_GAIN), "1", is_sensor=True))
         found.append(Parameter(TORQUE_ZERO, zero, "N m", is_sensor=True))
         found.append(Parameter(GEAR_FRICTION, gear, "N m", is_sensor=True))
+        found.append(Parameter(GEAR_EFFICIENCY, normal(*_EFFICIENCY), "1", is_sensor=True))
         if has_time:
             found.append(Parameter(TORQUE_DELAY, normal(0.0, _DELAY), "s", is_sensor=True))
     for name in TENSION_CHANNELS:

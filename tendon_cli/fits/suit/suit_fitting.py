@@ -11,9 +11,9 @@ import numpy as np
 
 from tendon_cli.errors import InputError
 from tendon_cli.files import path_of
+from tendon_cli.fits.one_thread import one_thread
 from tendon_cli.fits.suit.fitted_numbers import combinations, fitted_numbers
 from tendon_cli.fits.suit.log_columns import SPOOL_ANGLE, Scaling
-from tendon_cli.fits.suit.next_log import fitted_window, proposals
 from tendon_cli.fits.suit.parameters import (
     LOAD,
     inertia_of,
@@ -21,8 +21,8 @@ from tendon_cli.fits.suit.parameters import (
     numbers_of,
     sensors_of,
 )
-from tendon_cli.fits.suit.patterns import fast_note, warnings_of
 from tendon_cli.fits.suit.prediction import groups_of, misfits
+from tendon_cli.fits.suit.remarks import fast_note, gear_note, warnings_of
 from tendon_cli.fits.suit.row_selection import Selection, cut, selected, without_parts
 from tendon_cli.fits.suit.stroke_parts import AGAINST, SLACK, Parts
 from tendon_cli.fits.suit.suit_checks import check_durations, check_log, check_motion, note_on_load
@@ -30,8 +30,9 @@ from tendon_cli.fits.suit.suit_estimate import SuitEstimate, fitted
 from tendon_cli.fits.suit.suit_log import Floats, SuitLog, read_logs
 from tendon_cli.fits.suit.suit_model import SuitModel
 from tendon_cli.fits.suit.suit_result import SuitFit
+from tendon_cli.fits.suit.window import fitted_window
 from tendon_cli.studies.load import AnyStudy, any_study
-from tendon_cli.studies.study import Study
+from tendon_cli.studies.study import Study, is_exact
 
 LogSource: TypeAlias = str | PathLike[str] | Mapping[str, Any] | Any
 _LEAST_LEARNED = 0.1
@@ -59,9 +60,10 @@ def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[SuitEstimate, Se
     has_time = all(log.time is not None for log in thin)
     sensors = sensors_of(_joined(thin), len(thin), study, has_time=has_time)
     loads = _stated_loads(thin)
-    if loads:
+    if loads or is_exact(study, LOAD):
         numbers = [parameter for parameter in numbers if parameter.key != LOAD]
-    parameters = [*numbers, *loads_of(loads), *sensors]
+    weighed = [] if is_exact(study, LOAD) else loads_of(loads)
+    parameters = [*numbers, *weighed, *sensors]
     if has_time:
         parameters.append(inertia_of(study))
     model = SuitModel(study, parameters)
@@ -124,6 +126,7 @@ def _with_zeros(model: SuitModel, parts: Parts) -> SuitModel:
     return SuitModel(model.study, parameters)
 
 
+@one_thread()
 def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
     """Fit the numbers of a suit to logs of its own motor and joint.
 
@@ -165,7 +168,9 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
         raise InputError(problem, where=read[0].source, hint=hint)
     _, predicted_from = groups_of(selection.parts)
     notes = [*on_loads, *(note for log in read for note in log.notes)]
-    notes += [*selection.notes, *fast_note(estimate), _rank_note(estimate)]
+    notes += [*selection.notes, *fast_note(estimate), *gear_note(numbers)]
+    notes.append(_rank_note(estimate))
+    window, doubts = fitted_window(estimate, numbers)
     return SuitFit(
         estimate=estimate,
         selection=selection,
@@ -173,8 +178,8 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
         combinations=tuple(combinations(estimate, numbers)),
         misfits=tuple(misfits(estimate)),
         predicted_from=predicted_from,
-        window=fitted_window(estimate, numbers),
-        proposals=tuple(proposals(estimate)),
+        window=window,
+        doubts=doubts,
         warnings=tuple(warnings_of(estimate, selection, numbers)),
         notes=tuple(notes),
     )

@@ -8,7 +8,10 @@ both tendons before friction acts, so that the spool's angle counts from one uns
 with c_0 = L/(AE) + 1/K + 1/K_t. Sensors then show
 
     θ_shown = (1 + g_θ) θ + θ_0,   α_shown(t) = α(t - δ_α) + α_0 + sign(θ̇) b/2,
-    τ_shown(t) = (1 + g_τ)(τ_m + sign(θ̇) τ_g)(t - δ_τ) + τ_0
+    τ_shown(t) = (1 + g_τ)(τ_m ε^-s + sign(θ̇) τ_g)(t - δ_τ) + τ_0
+
+where ε is the efficiency of a gear, and s is 1 where the motor drives the spool, -1 where the spool
+drives the motor.
 """
 
 from __future__ import annotations
@@ -87,13 +90,13 @@ class SuitModel:
         space = Space((Axis.of_points(numbers, sets),), self._single)
         return space.design()
 
-    def states(self, scores: Floats, parts: Parts, angle_shift: Floats | float = 0.0) -> State:
+    def states(self, scores: Floats, parts: Parts, angle: Floats | None = None) -> State:
         """Return the states of parts of strokes.
 
         Args:
             scores: Normal scores, (sets, parameters).
             parts: Parts of strokes.
-            angle_shift: Change of what the joint's sensor shows, rad, (parts,).
+            angle: What the joint's sensor shows, rad, (parts,); else the mean of each part.
 
         Returns:
             States, (sets, 1, parts).
@@ -102,23 +105,24 @@ class SuitModel:
         design = self.design(values)
         loads = self._loads(values, parts)
         design = replace(design, load_mass=loads[:, np.newaxis])
-        shown = parts.angle + angle_shift
+        shown = parts.angle if angle is None else angle
         zero = self._of(values, names.JOINT_ZERO)
         gain = self._of(values, names.JOINT_GAIN)
-        angle = ((shown - zero) / (1.0 + gain))[:, np.newaxis]  # (sets, 1, parts)
+        true_angle = ((shown - zero) / (1.0 + gain))[:, np.newaxis]  # (sets, 1, parts)
         flexion = parts.flexion[np.newaxis, np.newaxis]
-        state = State.of(design, angle, flexion)
+        state = State.of(design, true_angle, flexion)
         smooth_flexor = replace(design.flexor, friction=0.0)
         smooth_extensor = replace(design.extensor, friction=0.0)
         resting = sheaths_of(smooth_flexor, smooth_extensor, design.setting.angle, flexion)
-        torque = state.other_torque
         of_load = loads[:, np.newaxis] * np.square(design.arm.load_distance)
-        if names.INERTIA_OF_FOREARM in values:
-            inertia = self._of(values, names.INERTIA_OF_FOREARM)[:, np.newaxis] + of_load
-            torque = torque + inertia * parts.acceleration
-        elif names.INERTIA_SHARE in values:
+        share = np.ones(1)
+        of_forearm = self._of(values, names.INERTIA_OF_FOREARM)
+        if names.INERTIA_SHARE in values:
             share = self._of(values, names.INERTIA_SHARE)[:, np.newaxis]
-            inertia = share * (names.usual_inertia(self.study) + of_load)
+            of_forearm = np.full_like(of_forearm, names.usual_inertia(self.study))
+        torque = state.other_torque
+        if names.INERTIA_SHARE in values or names.INERTIA_OF_FOREARM in values:
+            inertia = share * (of_forearm[:, np.newaxis] + of_load)
             torque = torque + inertia * parts.acceleration
         return replace(state, resting=resting, other_torque=np.asarray(torque))
 
@@ -157,16 +161,16 @@ class SuitModel:
         Returns:
             Predictions, (sets, channels, parts), SI.
         """
-        sides = [self.states(scores, parts, sign * parts.spread) for sign in (-1.0, 1.0)]
+        both = parts.select(np.tile(np.arange(len(parts)), 2))
+        angle = both.angle + np.repeat([-1.0, 1.0], len(parts)) * both.spread
+        state = self.states(scores, both, angle)
         values = self.values(scores)
-        shown = [self._shown(values, parts, name, sides) for name in channels]
+        shown = [self._shown(values, parts, name, state) for name in channels]
         return np.nan_to_num(np.stack(shown, axis=1), nan=0.0)
 
-    def _shown(
-        self, values: dict[str, Floats], parts: Parts, channel: str, sides: Sequence[State]
-    ) -> Floats:
+    def _shown(self, values: dict[str, Floats], parts: Parts, channel: str, state: State) -> Floats:
         """Return what the sensor of one channel shows, (sets, parts)."""
-        below, above = (np.asarray(_column(state, channel))[:, 0] for state in sides)
+        below, above = np.split(np.asarray(_column(state, channel))[:, 0], 2, axis=1)
         mean = 0.5 * (below + above)
         rate = (above - below) / (2.0 * parts.spread) * parts.speed
         if channel == SPOOL_ANGLE:
@@ -176,11 +180,14 @@ class SuitModel:
             return np.asarray(mean - delay * rate + zero + play)
         if channel == MOTOR_TORQUE:
             delay = self._of(values, names.TORQUE_DELAY)
-            gear = self._of(values, names.GEAR_FRICTION) * parts.sign
+            friction = self._of(values, names.GEAR_FRICTION) * parts.sign
             gain = 1.0 + self._of(values, names.TORQUE_GAIN)
-            return np.asarray(
-                gain * (mean - delay * rate + gear) + self._of(values, names.TORQUE_ZERO)
-            )
+            torque = mean - delay * rate
+            if names.GEAR_EFFICIENCY in values:
+                # A gear asks for more where the motor drives, and holds back where it is driven.
+                efficiency = self._of(values, names.GEAR_EFFICIENCY)
+                torque = torque * efficiency ** -np.sign(mean * parts.sign)
+            return np.asarray(gain * (torque + friction) + self._of(values, names.TORQUE_ZERO))
         gain = 1.0 + self._of(values, f"{channel} gain")
         return np.asarray(gain * mean + self._of(values, f"{channel} zero"))
 

@@ -10,11 +10,11 @@ from tendon_cli import say
 from tendon_cli.display import Displayed
 from tendon_cli.fits.suit.fitted_numbers import Combination, FittedNumber
 from tendon_cli.fits.suit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE
-from tendon_cli.fits.suit.next_log import FittedWindow, Proposal
-from tendon_cli.fits.suit.parameters import unit_of
+from tendon_cli.fits.suit.parameters import GEAR_EFFICIENCY, unit_of
 from tendon_cli.fits.suit.prediction import ChannelMisfit
 from tendon_cli.fits.suit.row_selection import Selection
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate
+from tendon_cli.fits.suit.window import Doubt, FittedWindow
 
 _WIDTH = 100
 _UNUSUAL = 1.0
@@ -36,8 +36,8 @@ class SuitFit(Displayed):
     """Group without which each part was predicted: "log" or "third of the strokes"."""
     window: FittedWindow | None
     """Window of the fitted suit at the loads of the logs; None without a fitted pretension."""
-    proposals: tuple[Proposal, ...]
-    """Further measurements, the one that tells most of the window first."""
+    doubts: tuple[Doubt, ...]
+    """Numbers that leave most of the doubt in the window, the largest first."""
     warnings: tuple[str, ...]
     notes: tuple[str, ...]
 
@@ -73,7 +73,7 @@ class SuitFit(Displayed):
             "channels": {name: misfit.record for name, misfit in self.channels.items()},
             "predicted_from": self.predicted_from,
             "window": None if self.window is None else self.window.record,
-            "next": [proposal.record for proposal in self.proposals],
+            "next": [doubt.record for doubt in self.doubts],
             "warnings": list(self.warnings),
             "notes": list(self.notes),
             "used": self.used,
@@ -99,8 +99,7 @@ class SuitFit(Displayed):
         lines += _line("holds?", self._misfit_text())
         if self.window is not None:
             lines += _line("window", self.window.text)
-        for place, proposal in enumerate(self.proposals[:3]):
-            lines += _line("helps" if place == 0 else "", proposal.text)
+        lines += _line("helps", self._help_text())
         lines += self._rows_lines()
         lines += [f"note: {text}" for text in self.notes]
         return "\n".join(lines)
@@ -113,6 +112,21 @@ class SuitFit(Displayed):
         strokes = say.counted(self.estimate.strokes, "stroke")
         of_these = f"{len(told)} of {say.counted(len(stated), 'number')}"
         return f"{logs}, {strokes}: they determine {of_these} to be fitted"
+
+    def _help_text(self) -> str:
+        """Return what would tell the numbers that leave most of the doubt."""
+        texts = [
+            f"{doubt.key} leaves {say.number(100.0 * doubt.share, 2)} % of the doubt in the"
+            f" window's nearer end: {doubt.advice}"
+            for doubt in self.doubts
+        ]
+        usual = [number.key for number in self.fitted if number.prior.endswith("(usual)")]
+        if usual:
+            texts.append(
+                "parts that you measured need no usual tolerance: state their +/-, or name them"
+                f' under [uncertainty], such as exact = ["{usual[0]}"]'
+            )
+        return "; ".join(texts) or "the stated ranges are narrow enough"
 
     def _misfit_text(self) -> str:
         """Return how well each log is predicted from the others."""
@@ -175,7 +189,10 @@ def _unusual(numbers: Sequence[FittedNumber]) -> list[str]:
         (
             number
             for number in numbers
-            if not number.is_stated and number.prior != "any" and abs(number.score) >= _UNUSUAL
+            if not number.is_stated
+            and number.prior != "any"
+            and number.key != GEAR_EFFICIENCY
+            and abs(number.score) >= _UNUSUAL
         ),
         key=lambda number: -abs(number.score),
     )

@@ -1,10 +1,9 @@
-"""Patterns in what a fit leaves over, each with a name and a way out, and other warnings."""
+"""Remarks on a suit's fit: what is wrong or left over, what may cause it, and a way out."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,19 +16,22 @@ from tendon_cli.fits.suit.suit_estimate import SuitEstimate
 from tendon_cli.fits.suit.suit_log import Floats
 from tendon_cli.studies.fit_section import BACKLASH
 
-MOST_MISFIT = {SPOOL_ANGLE: 0.0012, MOTOR_TORQUE: 0.003}
+_MOST_MISFIT = {SPOOL_ANGLE: 0.0012, MOTOR_TORQUE: 0.003}
 """Smooth misfit of a channel, as a share of its range, from which the model is said not to hold."""
 _MOST_OF_OTHERS = 0.006
-_MORE_TORQUE = 0.07
+_MORE_TORQUE = 0.1
 """Torque beyond what the stated loads ask for, as a share, from which it is said."""
 _ZERO_SHARE = 0.02
 """Zero of the torque over its range from which it is said."""
 _NAMED = 0.35
-"""Share of what is left over that a pattern explains, from which it is named."""
+"""Share of what is left over that a cause explains, from which it is named."""
+_AS_WELL = 0.75
+"""Share of what the best cause explains, from which another one may be it as well."""
 _CERTAIN = 9.0
-"""Fall of the misfit's square, in its own units, from which a pattern is more than chance."""
+"""Fall of the misfit's square, in its own units, from which a cause is more than chance."""
 _NAMED_ALONE = (
     names.GEAR_FRICTION,
+    names.GEAR_EFFICIENCY,
     BACKLASH,
     names.SPOOL_DELAY,
     names.TORQUE_DELAY,
@@ -37,7 +39,7 @@ _NAMED_ALONE = (
     names.INERTIA_SHARE,
 )
 """Errors of sensors that have warnings of their own."""
-_FAR = 1.8
+_FAR = 2.2
 """Normal score from which a stated number is said to be off."""
 _NO_SUIT = 0.05
 """Misfit of a channel, as a share of its range, from which its numbers are not to be used."""
@@ -49,83 +51,12 @@ _PLAY = math.radians(0.4)
 """Backlash that is named, rad."""
 _FAST = 0.02
 """Torque for inertia over the range of the torque, from which a log is fast."""
+_LOSES = 0.03
+"""Share of the torque that a gear loses, from which it is said."""
 _SLACK_SHARE = 0.02
+_DELAY_OF = {SPOOL_ANGLE: names.SPOOL_DELAY, MOTOR_TORQUE: names.TORQUE_DELAY}
 _AT_END = 2.2
 """Normal score at which a number lies at the end of its stated range."""
-
-
-@dataclass(frozen=True)
-class Pattern:
-    """One pattern in one channel."""
-
-    name: str
-    channel: str
-    columns: Floats
-    """Values that the pattern adds, (parts, columns)."""
-    advice: str
-
-
-def patterns_of(estimate: SuitEstimate, channel: str) -> list[Pattern]:
-    """Return the patterns that a channel may show."""
-    parts = estimate.parts
-    sign = parts.sign
-    found = []
-    moves = np.abs(parts.speed)
-    if np.ptp(moves) > 0.05 * max(float(moves.max()), 1e-12):
-        found.append(
-            Pattern(
-                "grows with speed",
-                channel,
-                (sign * (moves - moves.mean()))[:, np.newaxis],
-                "the gear has viscous friction, or friction depends on speed: move more slowly",
-            )
-        )
-    in_log = [parts.log == log for log in np.unique(parts.log)]
-    drift = np.stack([np.where(of_log, parts.place - 0.5, 0.0) for of_log in in_log], axis=1)
-    found.append(
-        Pattern(
-            "drifts over the log",
-            channel,
-            drift,
-            "the pretension falls or a sensor warms up: let it settle, then log again",
-        )
-    )
-    waves = []
-    for of_log in in_log:
-        for turns in (1.0, 2.0):
-            phase = 2.0 * math.pi * turns * parts.place
-            waves += [np.where(of_log, wave, 0.0) for wave in (np.sin(phase), np.cos(phase))]
-    found.append(
-        Pattern(
-            "wanders slowly",
-            channel,
-            np.stack(waves, axis=1),
-            "the wearer helps or the upper arm moves: ask the wearer to relax and support the arm",
-        )
-    )
-    tension = np.nan_to_num(
-        estimate.model.predict(
-            estimate.scores[np.newaxis], parts, ("flexor_tension_distal", "extensor_tension_distal")
-        )[0]
-    )
-    bend = np.square((tension - tension.mean(axis=1, keepdims=True)) / max(tension.max(), 1e-9))
-    found.append(
-        Pattern(
-            "bends with tension",
-            channel,
-            bend.T,
-            "the tissue or a spring stiffens as it is pulled: fit loads near those in use",
-        )
-    )
-    found.append(
-        Pattern(
-            "follows the direction",
-            channel,
-            sign[:, np.newaxis],
-            "there is backlash between motor and joint: tighten it, or measure at the spool",
-        )
-    )
-    return found
 
 
 def warnings_of(
@@ -134,11 +65,13 @@ def warnings_of(
     """Return all warnings of a fit."""
     found = _doubts(estimate, numbers)
     for row, channel in enumerate(estimate.channels):
-        found += _misfit_warnings(estimate, row, channel)
+        share = smooth_misfit(estimate, channel)
+        causes = _causes(estimate, row, channel)
+        if causes or share >= _MOST_MISFIT.get(channel, _MOST_OF_OTHERS):
+            found.append(_misfit_text(say.spaced(channel), share, causes))
     found += _number_warnings(numbers)
     found += _sensor_warnings(numbers)
-    found += _row_warnings(estimate, selection)
-    return found
+    return found + _row_warnings(estimate, selection)
 
 
 def _doubts(estimate: SuitEstimate, numbers: Sequence[FittedNumber]) -> list[str]:
@@ -151,7 +84,13 @@ def _doubts(estimate: SuitEstimate, numbers: Sequence[FittedNumber]) -> list[str
             f"no suit like the study's moves so, the {say.spaced(channel)} is off by"
             f" {say.percent(shares[channel])} of its swing"
         )
-    known = [number for number in numbers if " to " not in number.prior and number.prior != "any"]
+    known = [
+        number
+        for number in numbers
+        if " to " not in number.prior
+        and number.prior != "any"
+        and number.key not in _DELAY_OF.values()  # a delay is told and allowed for
+    ]
     worst = max(known, key=lambda number: abs(number.score), default=None)
     if worst is not None and abs(worst.score) > _OTHER_NUMBER:
         reasons.append(
@@ -182,34 +121,33 @@ def smooth_misfit(estimate: SuitEstimate, channel: str) -> float:
     return float(math.sqrt(np.sum(np.square(sizes[1:]))))
 
 
-def _misfit_warnings(estimate: SuitEstimate, row: int, channel: str) -> list[str]:
-    """Return warnings on what a channel leaves over."""
-    share = smooth_misfit(estimate, channel)
-    most = MOST_MISFIT.get(channel, _MOST_OF_OTHERS)
-    named = _named_pattern(estimate, row, channel)
-    if share < most and named is None:
-        return []
+def _misfit_text(name: str, share: float, causes: Sequence[str]) -> str:
+    """Return a warning on what a channel leaves over, with all causes that the log does not part.
+
+    Args:
+        name: Name of the channel.
+        share: Size of the misfit, as a share of its swing.
+        causes: Causes, the one that explains most first.
+    """
     size = say.percent(share)
-    name = say.spaced(channel)
-    if named is None:
-        problem = (
+    if not causes:
+        return (
             f"the {name} is {size} of its swing away from what any such suit would show: the"
             " numbers may be off by more than their intervals; check geometry, loads and sensors"
         )
-        return [problem]
-    pattern, explained = named
-    problem = (
-        f"the residual of the {name} {pattern.name} ({size} of its swing, {say.percent(explained)}"
-        f" of this explained): {pattern.advice}"
+    if len(causes) == 1:
+        return f"the residual of the {name}, {size} of its swing, {causes[0]}"
+    return (
+        f"the residual of the {name}, {size} of its swing, has one of these causes, which the log"
+        f" cannot tell apart: it {'; or it '.join(causes)}"
     )
-    return [problem]
 
 
-def _named_pattern(estimate: SuitEstimate, row: int, channel: str) -> tuple[Pattern, float] | None:
-    """Return the pattern that explains most of what a channel leaves over, and its share.
+def _causes(estimate: SuitEstimate, row: int, channel: str) -> list[str]:
+    """Return the causes that explain what a channel leaves over, the best first.
 
-    Each pattern is fitted to the misfit in units of its noise, with the parameters let go, too; a
-    pattern of several columns must explain more by as much as chance would.
+    Each is fitted to the misfit in units of its noise, with the parameters let go, too; one of
+    several columns must explain more by as much as chance would.
     """
     parts = len(estimate.parts)
     block = slice(row * parts, (row + 1) * parts)
@@ -218,54 +156,116 @@ def _named_pattern(estimate: SuitEstimate, row: int, channel: str) -> tuple[Patt
     weight = 1.0 / (noise * few)
     slopes = estimate.slopes[block] * weight[:, np.newaxis]
     left = estimate.residual[row] * weight
-    prior = np.eye(slopes.shape[1])
-    projector = np.linalg.inv(slopes.T @ slopes + prior)
+    projector = np.linalg.inv(slopes.T @ slopes + np.eye(slopes.shape[1]))
 
     def freed(columns: Floats) -> Floats:
         """Return columns less what the parameters can explain of them."""
         return np.asarray(columns - slopes @ (projector @ (slopes.T @ columns)))
 
-    rest = freed(left[:, np.newaxis])[:, 0]
-    total = float(rest @ left)
-    best: tuple[Pattern, float] | None = None
-    for pattern in patterns_of(estimate, channel):
-        columns = pattern.columns * weight[:, np.newaxis]
+    total = float(freed(left[:, np.newaxis])[:, 0] @ left)
+    explained = {}
+    for words, pattern in _patterns(estimate, row, channel):
+        columns = np.stack(pattern, axis=1) * weight[:, np.newaxis]
+        count = len(pattern)
         free = freed(columns)
-        normal = columns.T @ free + 1e-9 * np.eye(columns.shape[1]) * np.trace(columns.T @ columns)
+        normal = columns.T @ free + 1e-9 * np.eye(count) * np.trace(columns.T @ columns)
         gain = float((free.T @ left) @ np.linalg.solve(normal, free.T @ left))
-        columns_count = columns.shape[1]
-        by_chance = columns_count * total / max(parts - 1, 1)
-        explained = max(0.0, (gain - by_chance) / max(total, 1e-300))
-        is_certain = gain > _CERTAIN + 2.0 * columns_count
-        if is_certain and explained > _NAMED and (best is None or explained > best[1]):
-            best = (pattern, min(explained, 1.0))
-    return best
+        by_chance = count * total / max(parts - 1, 1)
+        share = (gain - by_chance) / max(total, 1e-300)
+        if gain > _CERTAIN + 2.0 * count and share > _NAMED:
+            explained[words] = share
+    best = max(explained.values(), default=0.0)
+    causes = [words for words, share in explained.items() if share >= _AS_WELL * best]
+    return sorted(causes, key=lambda words: -explained[words])
+
+
+def _patterns(estimate: SuitEstimate, row: int, channel: str) -> list[tuple[str, list[Floats]]]:
+    """Return what a channel's residual may show, in words with the cause, and its columns."""
+    parts = estimate.parts
+    sign = parts.sign
+    speed = np.abs(parts.speed)
+    place = parts.place - 0.5
+    flexor, extensor = np.nan_to_num(
+        estimate.model.predict(
+            estimate.scores[np.newaxis], parts, ("flexor_tension_distal", "extensor_tension_distal")
+        )[0]
+    )
+    drifts = []
+    waves = []
+    for log in np.unique(parts.log):
+        in_log = parts.log == log
+        drifts.append(np.where(in_log, place, 0.0))
+        for turns in (1.0, 2.0):
+            phase = 2.0 * math.pi * turns * parts.place
+            waves += [np.where(in_log, wave, 0.0) for wave in (np.sin(phase), np.cos(phase))]
+    found = [
+        ("drifts over the log: the pretension falls or a sensor warms up; let it settle", drifts),
+        (
+            (
+                "wanders slowly: the wearer helps or the upper arm moves; ask the wearer to relax"
+                " and support the arm"
+            ),
+            waves,
+        ),
+        (
+            (
+                "bends with tension: the tissue or a spring stiffens as it is pulled; fit loads"
+                " near those in use"
+            ),
+            [np.square(tension - tension.mean()) for tension in (flexor, extensor)],
+        ),
+        (
+            (
+                "follows the direction: there is backlash between motor and joint; tighten it, or"
+                " measure at the spool"
+            ),
+            [sign],
+        ),
+        (
+            (
+                "follows the direction and the tension of one side: one sheath has more friction"
+                " than the other; state sheath.friction per side"
+            ),
+            [sign * extensor],
+        ),
+    ]
+    if np.ptp(speed) > 0.05 * max(float(speed.max()), 1e-12):
+        words = (
+            "grows with speed: the gear has viscous friction, or friction depends on speed; move"
+            " more slowly"
+        )
+        found.append((words, [sign * (speed - speed.mean())]))
+    delay = estimate.model.places.get(_DELAY_OF.get(channel, ""))
+    if delay is not None:
+        late = estimate.slopes[row * len(parts) : (row + 1) * len(parts), delay]
+        words = "is late by more and more: the clocks part; give the channels one clock"
+        found.append((words, [late * place]))
+    return found
 
 
 def _number_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
     """Return warnings on numbers at the end of their range, or far from what is stated."""
     found = []
     for number in numbers:
-        if number.prior == "any" or number.key in _NAMED_ALONE or abs(number.score) < _FAR:
-            continue
         is_range = " to " in number.prior
-        if is_range and abs(number.score) >= _AT_END:
-            found.append(
-                f"{number.key} comes out at the end of its range, {number.text(number.value)} in"
-                f" {number.prior}: widen the range, or something else is wrong"
-            )
-        elif not is_range:
-            found.append(
-                f"{number.key} comes out as {number.text(number.value)}, {abs(number.score):.1f}"
-                f" standard deviations from {number.prior}: measure it, or something else is wrong"
-            )
+        far = _AT_END if is_range else _FAR
+        if number.prior == "any" or number.key in _NAMED_ALONE or abs(number.score) < far:
+            continue
+        value = number.text(number.value)
+        where = f"{value}, {abs(number.score):.1f} standard deviations from {number.prior}: measure"
+        if is_range:
+            where = f"the end of its range, {value} in {number.prior}: widen"
+        found.append(
+            f"{number.key} comes out {'at' if is_range else 'as'} {where}"
+            f" {'the range' if is_range else 'it'}, or something else is wrong"
+        )
     return found
 
 
 def _sensor_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
-    """Return warnings on late channels, backlash and friction that helps."""
-    found = []
+    """Return warnings on errors of sensors which the fit allows for."""
     by_key = {number.key: number for number in numbers}
+    found = []
     for key, name in ((names.SPOOL_DELAY, "spool's angle"), (names.TORQUE_DELAY, "torque")):
         number = by_key.get(key)
         if number is not None and abs(number.value) > max(_LATE, 3.0 * number.std):
@@ -286,20 +286,6 @@ def _sensor_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
             f"the spool differs by {say.number(math.degrees(play.value), 2)} deg between the"
             f" directions beyond what stretch explains, which the fit allows for{cause}"
         )
-    found += _torque_warnings(numbers)
-    gear = by_key.get(names.GEAR_FRICTION)
-    if gear is not None and gear.interval_95[1] < 0.0:
-        found.append(
-            f"the gear's friction comes out as {gear.text(gear.value)}, which would help the"
-            " motion: the wearer helps, or the torque is filtered"
-        )
-    return found
-
-
-def _torque_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
-    """Return warnings on a torque that the stated loads and a passive wearer do not explain."""
-    found = []
-    by_key = {number.key: number for number in numbers}
     gain = by_key.get(names.TORQUE_GAIN)
     loads = [number for number in numbers if number.unit == "kg" and number.is_sensor]
     if gain is not None and loads:
@@ -321,29 +307,57 @@ def _torque_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
                 " for: the sensor's zero is off, or the wearer helps or resists; log once with the"
                 " tendons off"
             )
+    gear = by_key.get(names.GEAR_FRICTION)
+    if gear is not None and gear.interval_95[1] < 0.0:
+        found.append(
+            f"the gear's friction comes out as {gear.text(gear.value)}, which would help the"
+            " motion: the wearer helps, or the torque is filtered"
+        )
     return found
 
 
 def _row_warnings(estimate: SuitEstimate, selection: Selection) -> list[str]:
     """Return warnings on slack, on few strokes and on rows without numbers."""
-    found = []
     aside = selection.set_aside
     total = selection.used + sum(aside.values())
-    slack = aside.get("slack", 0)
-    if slack > _SLACK_SHARE * total:
-        found.append(
-            f"a tendon is slack in {say.percent(slack / total)} of the rows, which are left out:"
-            " with more pretension they would count"
-        )
-    if aside.get("without a number", 0) > 0.2 * total:
-        missing = say.percent(aside["without a number"] / total)
-        found.append(f"{missing} of the rows lack a number: check what the logger lost")
-    if estimate.strokes < 6:
-        found.append(
-            f"only {say.counted(estimate.strokes, 'stroke')}: the intervals assume that more would"
-            " scatter as usual; log six or more"
-        )
-    return found
+    slack = aside.get("slack", 0) / total
+    missing = aside.get("without a number", 0) / total
+    table = (
+        (
+            slack > _SLACK_SHARE,
+            (
+                f"a tendon is slack in {say.percent(slack)} of the rows, which are left out: with"
+                " more pretension they would count"
+            ),
+        ),
+        (
+            missing > 0.2,
+            f"{say.percent(missing)} of the rows lack a number: check what the logger lost",
+        ),
+        (
+            estimate.strokes < 6,
+            (
+                f"only {say.counted(estimate.strokes, 'stroke')}: the intervals assume that more"
+                " would scatter as usual; log six or more"
+            ),
+        ),
+    )
+    return [words for is_true, words in table if is_true]
+
+
+def gear_note(numbers: Sequence[FittedNumber]) -> list[str]:
+    """Return a note on a gear that loses torque; none where the log does not show one."""
+    gear = next((number for number in numbers if number.key == names.GEAR_EFFICIENCY), None)
+    if gear is None or not gear.is_told or gear.interval_95[1] > 1.0 - _LOSES:
+        return []
+    low, high = (gear.text(end) for end in gear.interval_95)
+    note = (
+        f"a gear passes {gear.text(gear.value)} of the torque ({low} to {high}), which the fit"
+        " allows for; the torques of a study are those of the spool"
+    )
+    if gear.score < -_AT_END:
+        note += "; gears seldom lose more: is the torque constant right?"
+    return [note]
 
 
 def fast_note(estimate: SuitEstimate) -> list[str]:
