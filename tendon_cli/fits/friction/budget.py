@@ -9,11 +9,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from tendon_cli.fits.friction.effects import OFFSETS
 from tendon_cli.fits.friction.estimate import FrictionEstimate
 from tendon_cli.fits.friction.readings import Floats
-from tendon_cli.fits.friction.usable_rows import Log, noise_of
+from tendon_cli.fits.friction.usable_rows import AT_REST, Log, noise_of
 
 FEW = 4
 """Number of strokes below which their scatter says little."""
@@ -25,6 +26,8 @@ USUAL_ZERO = 0.02
 """Standard uncertainty of a cell's zero, as a share of the usual force, that is assumed where none
 is stated and the readings cannot show it: data sheets give a zero balance of 1 % of the rated
 force, and a cell is mostly loaded by half of that."""
+_BARE = 0.2
+"""Share of the usual force below which both cells are without load while the motor rests."""
 SCATTER = "scatter of the strokes"
 SCATTER_WITHIN = "scatter of the readings within the strokes"
 """Name of the scatter where strokes are too few to show their own: it counts readings."""
@@ -71,19 +74,47 @@ class FrictionUncertainty:
         return sum(part.contribution for part in self.parts if part.name == name)
 
 
+def readings_without_load(rows: pd.DataFrame) -> tuple[dict[str, float], dict[str, float]]:
+    """Return what the motor's and the load's cell read at rest without load.
+
+    Args:
+        rows: Rows of the fit, as `Fit.rows` has them.
+
+    Returns:
+        Median reading at the "start" and at the "end" of the file, as far as there are any.
+    """
+    used = rows[rows["used"]]
+    is_bare = rows["code"] == AT_REST
+    for end in ("motor", "load"):
+        is_bare &= rows[end].abs() < _BARE * float(used[end].median())
+    strokes = np.flatnonzero(rows["run"] >= 0)
+    place = np.arange(len(rows))
+    parts = {"start": is_bare & (place < strokes[0]), "end": is_bare & (place > strokes[-1])}
+    motor, load = (
+        {name: float(rows.loc[part, end].median()) for name, part in parts.items() if part.any()}
+        for end in ("motor", "load")
+    )
+    return motor, load
+
+
 def zero_errors_of(
-    result: FrictionEstimate, stated: float | None, are_known: tuple[bool, bool]
+    result: FrictionEstimate,
+    stated: float | None,
+    are_known: tuple[bool, bool],
+    without_load: tuple[dict[str, float], dict[str, float]],
 ) -> tuple[float, float]:
     """Return the standard uncertainty of the zero of the motor's and of the load's cell.
 
-    It is the stated one. Without one it is the usual zero error, where the readings cannot tell it
-    from friction: under a constant force. If the cells differ by more, all of that may be a zero
+    It is the stated one, or what the cells read at rest without load. Without either it is the
+    usual zero error, where the readings cannot tell it from friction: under a constant force. If
+    the cells differ by more, all of that may be a zero
     error of one of them: it is a rectangular distribution of this half-width (GUM 4.3.7).
 
     Args:
         result: Estimate of μ.
         stated: Stated standard uncertainty, in the unit of the forces; None if it is not stated.
         are_known: True for the motor's and the load's cell if its reading without load is given.
+        without_load: Readings of both without load, of `readings_without_load`.
     """
     if stated is not None:
         return stated, stated
@@ -93,11 +124,14 @@ def zero_errors_of(
         return 0.0, 0.0
     share = max(USUAL_ZERO, abs(average.log_gain) / math.sqrt(3.0))
     cells = (result.points.motor, result.points.load)
-    motor, load = (
-        0.0 if is_known else share * float(np.median(cell))
-        for cell, is_known in zip(cells, are_known, strict=True)
-    )
-    return motor, load
+    errors = []
+    for cell, is_known, bare in zip(cells, are_known, without_load, strict=True):
+        error = 0.0 if is_known else share * float(np.median(cell))
+        if bare:
+            left = np.array(list(bare.values()))
+            error = math.hypot(float(left.mean()), 0.5 * float(np.ptp(left)))
+        errors.append(error)
+    return errors[0], errors[1]
 
 
 def uncertainty_of(

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -53,7 +53,21 @@ def columns_of(points: Log, effects: tuple[str, ...], zeros: Floats) -> list[Flo
     columns = [points.way * points.bend]
     if points.both_ways:
         columns.append(np.ones(len(points.way)))
-    return columns + [_slope(points, effect, zeros) for effect in effects]
+    forces = _with_one_force(points)
+    return columns + [_slope(forces, effect, zeros) for effect in effects]
+
+
+def _with_one_force(points: Log) -> Log:
+    """Return points whose two forces come from the mean of both cells.
+
+    Noise of a cell moves the log ratio and 1/F of that cell together, which passes for a zero
+    error. The mean of ln F of both cells has as much of either noise, and their ratio none of it.
+    """
+    kind = np.unique(points.way * bend_groups(points.bend), return_inverse=True)[1]
+    usual = (np.bincount(kind, points.log_ratio) / np.bincount(kind))[kind]
+    half = 0.5 * (usual - points.log_ratio)
+    motor = points.motor * np.exp(half)
+    return replace(points, motor=motor, load=points.load * np.exp(-half))
 
 
 def _slope(log: Log, effect: str, zeros: Floats) -> Floats:

@@ -14,7 +14,12 @@ import pandas as pd
 
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import path_of
-from tendon_cli.fits.friction.budget import FrictionUncertainty, uncertainty_of, zero_errors_of
+from tendon_cli.fits.friction.budget import (
+    FrictionUncertainty,
+    readings_without_load,
+    uncertainty_of,
+    zero_errors_of,
+)
 from tendon_cli.fits.friction.directions import unread_direction
 from tendon_cli.fits.friction.effects import DELAY
 from tendon_cli.fits.friction.estimate import FrictionEstimate, estimate, why_no_limit
@@ -108,24 +113,26 @@ def fit_friction(
         angles, angle_share, bend = bend_angles(readings, bend)
         prepared = prepare(readings, angles, motor, zeros)
         result = _estimated(readings, prepared, zero_error)
+        rows = _rows(readings, prepared, result, angles)
+        bare = readings_without_load(rows)
         error = uncertainty_of(
             result,
             prepared.log,
             unit=readings.unit or "unit of the file",
             bend_share=angle_share,
-            zero_errors=zero_errors_of(result, zero_error, are_stated),
+            zero_errors=zero_errors_of(result, zero_error, are_stated, bare),
             gain_error=gain_error,
         )
-        rows = _rows(readings, prepared, result, angles)
         fit = _assembled(readings, prepared, result, error, bend, rows)
         column = unread_direction(readings)
         _check_strokes(fit, column)
+        fit = replace(fit, warnings=(*doubts_of(fit, column), *fit.warnings))
         remarks = Remarks(fit, prepared.log, result, readings.time_unit, zeros, any(are_stated))
         return replace(
             fit,
             checks=tuple(remarks.checks),
             notes=tuple(remarks.notes),
-            warnings=(*doubts_of(fit, column), *remarks.warnings),
+            warnings=tuple(remarks.warnings),
         )
 
 

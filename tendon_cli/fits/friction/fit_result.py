@@ -11,7 +11,7 @@ import pandas as pd
 
 from tendon_cli import say
 from tendon_cli.display import Displayed
-from tendon_cli.fits.friction.budget import BEND, FrictionUncertainty
+from tendon_cli.fits.friction.budget import BEND, ZEROS, FrictionUncertainty
 from tendon_cli.fits.friction.rig import BendAngle
 from tendon_cli.fits.friction.strokes import Presliding, Speed
 from tendon_cli.fits.friction.usable_rows import REASONS, USED
@@ -167,6 +167,7 @@ class Fit(Displayed):
         interval = f"{low:.{digits}f} to {high:.{digits}f}"
         rows = [
             ("95 % interval", f"{interval}, standard error {uncertainty.standard_error:.2g}"),
+            *_zero_rows(self),
             ("bend angle", _bend_text(self)),
             ("gain ratio", _gain_text(self)),
         ]
@@ -315,6 +316,22 @@ def _data(value: Any) -> Any:
 
 
 # --- Words ----------------------------------------------------------------------------------------
+
+
+def _zero_rows(fit: Fit) -> list[tuple[str, str]]:
+    """Return a row on zero errors that are assumed, if most of the interval comes from them."""
+    uncertainty = fit.uncertainty
+    zeros = [part for part in uncertainty.parts if part.name in ZEROS]
+    without = uncertainty.standard_error**2 - sum(part.contribution**2 for part in zeros)
+    if not zeros or without > 0.5 * uncertainty.standard_error**2:
+        return []
+    assumed = max(part.standard_uncertainty for part in zeros)
+    left = 100.0 * math.sqrt(max(without, 0.0)) / uncertainty.standard_error
+    unit = f" {fit.unit}" if fit.unit else ""
+    text = (
+        f"mostly from the cells' zeros, {assumed:.2g}{unit} each: {left:.0f} % of its width without"
+    )
+    return [("", text), ("", "them; log rests without load, or state --cell-uncertainty")]
 
 
 def _readings_rows(fit: Fit) -> list[tuple[str, str]]:

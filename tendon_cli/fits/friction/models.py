@@ -203,7 +203,7 @@ def fit_model(
             before = zeros
             fitted = [0.0 if place is None else values[place] for place in places]
             zeros = np.clip(fitted, -limit, limit)
-            tau = np.maximum(tau, np.abs(values[base:]))
+            tau = np.maximum(tau, _room_of(effects, values[base:]))
             if step > 3 and np.all(np.abs(zeros - before) <= 1e-9 * limit):
                 break
     slopes = inverse[0] @ gram[:unknown, unknown + 1 :]
@@ -220,6 +220,19 @@ def fit_model(
         free=strokes - base if strokes > base else max(len(target) - unknown, 1),
         zero=(float(slopes[0]) * unfitted[0], float(slopes[1]) * unfitted[1]),
     )
+
+
+def _room_of(effects: tuple[str, ...], values: Floats) -> Floats:
+    """Return by how much each effect may widen its prior, so that a large one is not drawn in.
+
+    One cell may have a zero error beyond any prior. Both do not have the same: as much of the zero
+    errors as is alike is friction that seems to depend on the force.
+    """
+    room = np.abs(values)
+    if set(OFFSETS) <= set(effects):
+        both = [effects.index(name) for name in OFFSETS]
+        room[both] = abs(values[both[0]] - values[both[1]])
+    return room
 
 
 def _posterior(line: Line, gram: Floats, tau: Floats) -> tuple[Floats, Floats, float]:

@@ -33,6 +33,7 @@ from tendon_cli.fits.friction.usable_rows import (
     noise_of,
     resolutions_of,
     unusable,
+    without_hum,
 )
 from tendon_cli.units import counted, shorten
 
@@ -63,6 +64,9 @@ _FAR_GAIN = 0.2
 """Difference of the cells' levels that no calibration leaves, as a share."""
 _AGAINST = 0.5
 """Correlation from which a load's cell that falls as the motor's rises is another tendon's."""
+_MAINS = 50.0  # Hz
+_SECONDS = {"s": 1.0, "ms": 1e3, "us": 1e6}
+"""Units of time in a second."""
 _WRONG_COLUMN = (
     "is this the right column, is the cell connected, and do both cells measure the same tendon?"
 )
@@ -107,7 +111,9 @@ def prepare(
         cells = cells[::-1]
         names = names[::-1]
     written = cells
-    cells = _zeroed(cells, zeros)
+    hums = [without_hum(cell) for cell in _zeroed(cells, zeros)]
+    cells = (hums[0][0], hums[1][0])
+    hum = max(frequency for _, frequency in hums)
     stroke_of_row = np.full(len(readings.rows), -1, dtype=np.int64)
     steps, _ = resolutions_of(written, stroke_of_row)
     way, rest = stated_motion(readings)
@@ -128,10 +134,13 @@ def prepare(
         readings, first, way[good], side, forces, is_stated=motor is not None
     )
     if cell != first:
-        return replace(prepare(readings, bend, cell, zeros), notes=notes)
+        again = prepare(readings, bend, cell, zeros)
+        return replace(again, notes=[*notes, *again.notes])
     stroke = _strokes(readings, side, bend, good, is_settled)
     stroke_of_row[good] = stroke
     steps, shows_steps = resolutions_of(written, stroke_of_row)
+    if hum:
+        notes.append(_note_on_hum(readings, hum))
     order = np.argsort(stroke, kind="stable")
     order = order[side[order] != 0]
     rows = np.flatnonzero(good)[order]
@@ -194,6 +203,19 @@ def _zeroed(cells: tuple[Floats, Floats], zeros: tuple[float, float]) -> tuple[F
             hint = "it is what the cell reads without load"
             raise InputError(problem, where=f"--zero-{end}", hint=hint)
     return cells[0] - zeros[0], cells[1] - zeros[1]
+
+
+def _note_on_hum(readings: Readings, hum: float) -> str:
+    """Return a note on a hum that is filtered out, `hum` in periods a row."""
+    shown = f"a period of {1.0 / hum:.3g} rows"
+    time = readings.column("time")
+    if time is not None and readings.time_unit in _SECONDS:
+        rate = _SECONDS[readings.time_unit] / float(np.median(np.diff(time)))
+        shown = f"{hum * rate:.3g} Hz at {rate:.3g} readings a second"
+        alias = abs(round(_MAINS / rate) * rate - _MAINS)
+        if abs(alias - hum * rate) < 0.02 * rate:
+            shown += f", as {_MAINS:g} Hz of the mains would show"
+    return f"a hum of {shown} is filtered out of the cells; shield their cables"
 
 
 def _levels(

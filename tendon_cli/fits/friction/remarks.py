@@ -8,7 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from tendon_cli.fits.friction.budget import FEW, FEW_SHARE, LEAST_SCATTER, RESOLUTION, ZEROS
+from tendon_cli.fits.friction.budget import (
+    FEW,
+    FEW_SHARE,
+    LEAST_SCATTER,
+    RESOLUTION,
+    ZEROS,
+    readings_without_load,
+)
 from tendon_cli.fits.friction.effects import DELAY, ENTRY, FORCE, OFFSETS, STRICT
 from tendon_cli.fits.friction.estimate import FrictionEstimate, climbing
 from tendon_cli.fits.friction.fit_result import DOUBT, Check, Fit
@@ -65,8 +72,6 @@ _HARDLY_BY_CHANCE = 0.002
 """Probability below which a drift of a zero is shown: it is warned of when it is small, too."""
 _ZERO_MOVES = 0.01
 """Least share of μ by which a drift of a zero must move it to be warned of."""
-_BARE = 0.2
-"""Share of the usual force below which both cells are without load while the motor rests."""
 _CLIMBS = 0.02
 """Climb over a stroke, as a share of the way from limit to limit, from which rows have not
 settled."""
@@ -76,6 +81,8 @@ _USUAL_FRICTION = 0.1
 """Usual friction coefficient of a tendon in a sheath."""
 _LARGEST_FRICTION = 0.5
 """Friction coefficient above those of all sheaths, by which the bend angle is in doubt."""
+_ENOUGH_STROKES = 6
+"""Number of strokes whose number is used though most of the others are not, if the rows agree."""
 _FEW_USED = 0.30
 """Share of rows on a limit that strokes that slip exceed."""
 
@@ -88,9 +95,9 @@ def doubts_of(fit: Fit, column: str) -> list[str]:
         column: Header of a column that may say the direction but is not read; "" if there is none.
     """
     reasons = []
-    if fit.leaves_out_most:
-        used = f"only {fit.strokes} of {counted(len(fit.stroke_table), 'stroke')}"
-        reasons.append(f"{used} found can be used (--plot shows them)")
+    is_alone = fit.strokes < _ENOUGH_STROKES or abs(fit.from_plain) > _PLAIN_AWAY
+    if fit.leaves_out_most and is_alone:
+        reasons.append(f"{_strokes_used(fit)} found can be used (--plot shows them)")
     is_bare = fit.rows["code"].isin([UNLOADED, NOT_POSITIVE]).any()
     if column and is_bare:
         name = f'"{shorten(column, 30)}"'
@@ -111,6 +118,11 @@ def doubts_of(fit: Fit, column: str) -> list[str]:
             f" of about {usual:.0f} deg (at μ = {_USUAL_FRICTION:g}), not of {stated:.3g} deg"
         )
     return [f"{DOUBT}: {'; '.join(reasons)}"] if reasons else []
+
+
+def _strokes_used(fit: Fit) -> str:
+    """Return how many of the strokes are used, in words."""
+    return f"only {fit.strokes} of {counted(len(fit.stroke_table), 'stroke')}"
 
 
 def _regression(columns: list[Floats], target: Floats) -> tuple[Floats, Floats, int]:
@@ -345,22 +357,11 @@ class Remarks:
         Returns:
             True if there are such readings.
         """
-        rows = self.fit.rows
-        used = rows[rows["used"]]
-        cells = [rows[end].to_numpy() for end in ("motor", "load")]
-        usual = [float(used[end].median()) for end in ("motor", "load")]
-        is_bare = (rows["code"] == AT_REST).to_numpy()
-        for cell, force in zip(cells, usual, strict=True):
-            is_bare = is_bare & (np.abs(cell) < _BARE * force)
-        strokes = np.flatnonzero(rows["run"] >= 0)
-        place = np.arange(len(rows))
-        ends = {"start": is_bare & (place < strokes[0]), "end": is_bare & (place > strokes[-1])}
-        ends = {name: rest for name, rest in ends.items() if rest.any()}
+        bare = readings_without_load(self.fit.rows)
         for number, end in enumerate(("motor", "load")):
-            left = {name: float(np.median(cells[number][rest])) for name, rest in ends.items()}
-            if left:
-                self._remark_without_load(number, end, left)
-        return bool(ends)
+            if bare[number]:
+                self._remark_without_load(number, end, bare[number])
+        return any(bare)
 
     def _remark_without_load(self, number: int, end: str, left: dict[str, float]) -> None:
         """Remark on one cell without load.
@@ -486,6 +487,11 @@ class Remarks:
             share = float(np.mean((moving if code == NOT_POSITIVE else codes) == code))
             if share > most:
                 self.warnings.append(f"{100.0 * share:.0f} % of the rows {text}")
+        if self.fit.leaves_out_most and not self.fit.is_doubtful:
+            self.notes.append(
+                f"{_strokes_used(self.fit)} found reach the limit; the others are left out, and the"
+                " rows as a whole show the same number"
+            )
         share = float(np.mean(self.result.used))
         if share < _FEW_USED:
             self.warnings.append(

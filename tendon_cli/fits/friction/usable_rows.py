@@ -51,6 +51,14 @@ _SPIKE_WINDOW = 7
 succession."""
 _MOST_SPIKES = 0.2
 """Share of the rows from which seeming spikes are the corners of steep strokes."""
+_HUM_FROM = 0.25
+"""Lowest frequency of a hum over half the rate of the readings: strokes are slower."""
+_HUM_WIDTH = 3
+"""Bins of a spectrum on either side of a hum that are taken out with it."""
+_HUM_SHARE = 0.5
+"""Share of the power above the lowest frequency that a hum has: noise is spread over all of it."""
+_HUM_ROWS = 400
+"""Least number of rows that show a hum."""
 _NOTHING = 1e-20
 """Force, in any unit, that no cell reads; ratios to larger ones are finite."""
 LOG_ROWS = 60
@@ -298,6 +306,27 @@ def _saturated(cell: Floats, step: float) -> Mask:
     if has_few or rows[at_top].max() < 2 * rows[~at_top].max():
         return none
     return np.asarray(cell >= values[-1] - _NEAR_RAIL * noise)
+
+
+def without_hum(cell: Floats) -> tuple[Floats, float]:
+    """Take a hum of one frequency out of a cell, such as that of the mains.
+
+    Readings of 80 Hz show the 50 Hz of the mains as 30 Hz; whatever it is, strokes are slower.
+
+    Returns:
+        Forces, and the frequency of the hum in periods a row; 0 if there is none.
+    """
+    if len(cell) < _HUM_ROWS or not np.all(np.isfinite(cell)):
+        return cell, 0.0
+    spectrum = np.fft.rfft(cell)
+    first = int(_HUM_FROM * len(spectrum))
+    power = np.abs(spectrum) ** 2
+    place = first + int(np.argmax(power[first:]))
+    hum = slice(max(place - _HUM_WIDTH, first), place + _HUM_WIDTH + 1)
+    if power[hum].sum() < _HUM_SHARE * power[first:].sum() or not power[place]:
+        return cell, 0.0
+    spectrum[hum] = 0.0
+    return np.fft.irfft(spectrum, len(cell)), place / len(cell)
 
 
 def _spikes(cell: Floats, step: float) -> Mask:
