@@ -189,6 +189,8 @@ def _prior_text(parameter: Parameter, number: FittedNumber) -> str:
         high = number.text(law.middle + law.spread)
         return f"{low} to {high}"
     usual = "" if parameter.is_stated else " (usual)"
+    if law.kind == "log-normal":
+        return f"{number.text(law.middle)} within a factor of {math.exp(law.spread):.3g}{usual}"
     return f"{number.text(law.middle)} ± {number.text(law.spread, 2)}{usual}"
 
 

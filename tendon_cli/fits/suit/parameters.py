@@ -21,6 +21,7 @@ from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.fit_section import BACKLASH
 from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.usual import USUAL, UsualDeviation
 from tendon_cli.studies.values import Uncertain, quantile
 from tendon_cli.units import SI_UNIT
 
@@ -37,48 +38,16 @@ TORQUE_DELAY = "torque delay"
 GEAR_FRICTION = "gear friction"
 GEAR_EFFICIENCY = "gear efficiency"
 
-_LENGTH_SHARE = 0.02
 _MASS_SHARE = 0.05
-
-
-@dataclass(frozen=True)
-class Tolerance:
-    """Usual standard deviation of an exact number."""
-
-    size: float
-    """Deviation in SI, or as a share of the number."""
-    is_share: bool = True
-
-    def of(self, value: float) -> float:
-        """Return the deviation of a value, SI."""
-        return self.size * abs(value) if self.is_share else self.size
-
-
-TOLERANCES = {
-    "arm.a1": Tolerance(5e-3, is_share=False),
-    "arm.b1": Tolerance(5e-3, is_share=False),
-    "arm.a2": Tolerance(5e-3, is_share=False),
-    "arm.b2": Tolerance(5e-3, is_share=False),
-    "arm.elbow_radius": Tolerance(3e-3, is_share=False),
-    "arm.forearm_mass": Tolerance(_MASS_SHARE),
-    "arm.forearm_com": Tolerance(_LENGTH_SHARE),
-    "arm.load_distance": Tolerance(_LENGTH_SHARE),
-    "arm.upper_arm_angle": Tolerance(math.radians(2.0), is_share=False),
-    LOAD: Tolerance(_MASS_SHARE),
-    "sheath.friction": Tolerance(0.2),
-    "sheath.bend_angle": Tolerance(0.05),
-    "tendon.length": Tolerance(_LENGTH_SHARE),
-    "tendon.youngs_modulus": Tolerance(0.1),
-    PRETENSION: Tolerance(0.1),
-    "spring.stiffness": Tolerance(0.05),
-    "anchor.stiffness": Tolerance(0.5),
-    "joint.stiffness": Tolerance(0.4, is_share=False),
-    "joint.rest_angle": Tolerance(math.radians(10.0), is_share=False),
-    "spool.flexor_radius": Tolerance(0.01),
-    "spool.ratio": Tolerance(0.01),
+_OF_A_LOG = "as it was for a log"
+TOLERANCES = USUAL | {
+    LOAD: UsualDeviation(_MASS_SHARE, "share", _OF_A_LOG),
+    PRETENSION: UsualDeviation(0.1, "share", _OF_A_LOG),
+    "arm.upper_arm_angle": UsualDeviation(math.radians(2.0), "amount", _OF_A_LOG),
+    "joint.stiffness": UsualDeviation(0.4, "amount", _OF_A_LOG),
 }
-"""Usual standard deviations of numbers without one of their own: with a tape and scales on a
-wearer, from catalogues of parts, between persons."""
+"""Usual deviations of numbers, those among them that an answer does not draw; every wearer's joint
+has a stiffness, though a study may state none (N m/rad)."""
 _NOT_FITTED = ("setting.", "motion.", "load.scale", "tendon.breaking_force", "spring.free_length")
 """Keys of numbers that no log of a suit tells."""
 
@@ -200,10 +169,13 @@ def _usual_law(study: Study, key: str) -> Uncertain | None:
         return None
     if common == "joint.rest_angle" and study.joint.stiffness is None:
         return None
-    deviation = TOLERANCES[common].of(value)
+    usual = TOLERANCES[common]
+    of_number = keys()[key].number
+    if usual.kind == "factor":
+        return Uncertain("log-normal", value, math.log(usual.size), 0.0, math.inf, "")
+    deviation = usual.of(value)
     if deviation == 0.0:
         return None
-    of_number = keys()[key].number
     return Uncertain("normal", value, deviation, of_number.low, of_number.high, "")
 
 

@@ -32,7 +32,7 @@ from tendon_cli.fits.suit.suit_model import SuitModel
 from tendon_cli.fits.suit.suit_result import SuitFit
 from tendon_cli.fits.suit.window import fitted_window
 from tendon_cli.studies.load import AnyStudy, any_study
-from tendon_cli.studies.study import Study, is_exact
+from tendon_cli.studies.study import Study
 
 LogSource: TypeAlias = str | PathLike[str] | Mapping[str, Any] | Any
 _LEAST_LEARNED = 0.1
@@ -60,9 +60,9 @@ def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[SuitEstimate, Se
     has_time = all(log.time is not None for log in thin)
     sensors = sensors_of(_joined(thin), len(thin), study, has_time=has_time)
     loads = _stated_loads(thin)
-    if loads or is_exact(study, LOAD):
+    if loads or study.is_exact(LOAD):
         numbers = [parameter for parameter in numbers if parameter.key != LOAD]
-    weighed = [] if is_exact(study, LOAD) else loads_of(loads)
+    weighed = [] if study.is_exact(LOAD) else loads_of(loads)
     parameters = [*numbers, *weighed, *sensors]
     if has_time:
         parameters.append(inertia_of(study))
