@@ -54,7 +54,7 @@ ROOMS = {
     "state_page": ("cli/test_state_numbers.py", "cli/test_motor_page.py", "people"),
     "say": ("test_say.py", "design"),
     "exports": ("exports",),
-    "suit_fit": ("suit_fit",),
+    "fits": ("friction", "suit_fit"),
     "face.py": ("test_face.py", "test_in_a_notebook.py"),
     "display.py": ("test_in_a_notebook.py", "test_face.py"),
     "registry.py": ("test_registry.py",),
