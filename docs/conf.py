@@ -58,15 +58,14 @@ class IndexFirstColumns(SphinxTransform):
     default_priority = 800  # before Sphinx collects what is indexed
     pages = ("study", "tables", "commands")
 
-    def apply(self):
+    def apply(self):  # noqa: D102 - as Sphinx names it
         if self.env.docname not in self.pages:
             return
         for line in list(self.document.findall(row)):
             first = next(iter(line.findall(entry)))
-            for number, name in enumerate(first.findall(literal)):
-                text = name.astext()
-                place = self.document.set_id(name) if number == 0 else first.next_node(literal)["ids"][0]
-                name.parent.append(index(entries=[("single", text, place, "", None)]))
+            for name in list(first.findall(literal)):
+                place = self.document.set_id(name)
+                name.parent.append(index(entries=[("single", name.astext(), place, "", None)]))
 
 
 def setup(app):

@@ -89,6 +89,10 @@ def _first_word(entry: list[str]) -> str:
 
 if __name__ == "__main__":
     named = [Path(name) for name in sys.argv[1:]]
-    left = [fault for page in named or [DOCS.parent / "README.md", *sorted(DOCS.glob("*.md"))] for fault in refresh(page)]
+    left = [
+        fault
+        for page in named or [DOCS.parent / "README.md", *sorted(DOCS.glob("*.md"))]
+        for fault in refresh(page)
+    ]
     sys.stdout.write("".join(f"by hand: {fault}\n" for fault in left))
     sys.exit(bool(left))

@@ -2,7 +2,7 @@
 
 A fenced block of a page is one of
 
-    toml, yaml, csv   with a first line `# file: NAME`: the file NAME, as a python block may be, too
+    toml, csv         with a first line `# file: NAME`: the file NAME; toml is a study, and is read
     console           lines that start with `$ ` are typed into a shell; the rest is what they print
     python            run in one session for the whole page
     text              right after a python block: what this prints
@@ -17,12 +17,14 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from unittest import mock
 
+import tendon_cli
 from tendon_cli import cli
 
 FENCE = re.compile(r"^```(\w+)[^\n]*\n(.*?)^```[ \t]*$", re.DOTALL | re.MULTILINE)
@@ -92,6 +94,8 @@ def outputs(page: str, folder: Path) -> Iterator[Output]:
     for block in blocks(page):
         with contextlib.chdir(folder):
             write_file(block)
+            if block.kind == "toml":
+                read_study(block)
             if block.kind == "text" and block.follows and printed is not None:
                 source = f"line {block.line}: Python"
                 yield Output(source, block.text, printed, block.start)
@@ -121,6 +125,12 @@ def write_file(block: Block) -> None:
         # A table has no comments: the name is for the reader.
         content = content.partition("\n")[2]
     Path(name[1]).write_text(content, encoding="utf-8")
+
+
+def read_study(block: Block) -> None:
+    """Read the study that a block is; a fault of it is raised."""
+    name = FILE_NAME.match(block.text)
+    tendon_cli.study(name[1] if name else tomllib.loads(block.text))
 
 
 def run_python(block: Block, session: dict[str, Any]) -> str:
