@@ -1,8 +1,9 @@
 """Sphinx configuration: Markdown pages and the library; all offline."""
 
+import re
 from pathlib import Path
 
-from docutils.nodes import SkipNode, entry, literal, row
+from docutils.nodes import SkipNode, literal, raw, row, table
 from latex2mathml.converter import convert
 from pygments.lexers.special import TextLexer
 from sphinx.addnodes import index
@@ -56,16 +57,17 @@ class IndexFirstColumns(SphinxTransform):
     """Index what a table of reference lists, so that a search finds a key's own entry first."""
 
     default_priority = 800  # before Sphinx collects what is indexed
-    pages = ("study", "tables", "commands")
 
     def apply(self):  # noqa: D102 - as Sphinx names it
-        if self.env.docname not in self.pages:
-            return
-        for line in list(self.document.findall(row)):
-            first = next(iter(line.findall(entry)))
-            for name in list(first.findall(literal)):
-                place = self.document.set_id(name)
-                name.parent.append(index(entries=[("single", name.astext(), place, "", None)]))
+        for mark in list(self.document.findall(raw)):
+            if not mark.astext().startswith("<!-- from the code"):
+                continue
+            for line in mark.next_node(table, siblings=True, descend=False).findall(row):
+                for name in list(line[0].findall(literal)):
+                    # A search is for "--out" or "tendon plot", without what goes in their place.
+                    text = re.split(r" (?=[A-Z[]|\w+[|])", name.astext())[0]
+                    place = self.document.set_id(name)
+                    name.parent.append(index(entries=[("single", text, place, "", None)]))
 
 
 def setup(app):

@@ -136,7 +136,7 @@ def _row_of_key(path: str, node: dict[str, Any], alternatives: list[dict[str, An
     if not is_told and len(unique) <= MOST_WORDS:
         meaning += ": " + ", ".join(f'`"{word}"`' for word in unique)
     default = node.get("default")
-    if path != "name" and default not in (None, "", []):
+    if path != "name" and default not in (None, "", [], unique):
         meaning += f"; default {_shown(default)}"
     return [f"`{path}`", meaning]
 
