@@ -65,7 +65,7 @@ class IndexFirstColumns(SphinxTransform):
             for line in mark.next_node(table, siblings=True, descend=False).findall(row):
                 for name in list(line[0].findall(literal)):
                     # A search is for "--out" or "tendon plot", without what goes in their place.
-                    text = re.split(r" (?=[A-Z[]|\w+[|])", name.astext())[0]
+                    text = re.split(r" (?=[A-Z[]|\w+[|:])|\(", name.astext())[0]
                     place = self.document.set_id(name)
                     name.parent.append(index(entries=[("single", text, place, "", None)]))
 

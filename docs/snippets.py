@@ -12,6 +12,7 @@ In an expected output `...` stands for anything. Every page runs in a folder of 
 
 import contextlib
 import io
+import math
 import os
 import re
 import shlex
@@ -174,6 +175,7 @@ def typed(command: str) -> tuple[Any, str]:
     err = io.StringIO()
     with (
         mock.patch.dict(os.environ, environment),
+        mock.patch("tendon_cli.terminal._LONGEST_SILENCE", math.inf),  # on a busy machine, too
         contextlib.redirect_stdout(out),
         contextlib.redirect_stderr(err),
     ):
