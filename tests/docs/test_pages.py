@@ -63,7 +63,7 @@ def test_the_suit_of_the_readme_is_that_of_the_demo():
 
 
 def test_no_page_is_longer_than_a_reader_has_time_for():
-    """Words, those of tables from the code left out where a page is for looking up."""
+    """Most words of each page, and of all; those to look things up in may be longer."""
     words = {name: len(text.split()) for name, text in PAGES.items()}
     words["README.md"] = len(README.split())
     words["CONTRIBUTING.md"] = len((ROOT / "CONTRIBUTING.md").read_text().split())

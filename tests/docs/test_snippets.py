@@ -12,6 +12,8 @@ from docs.snippets import matches, run_page
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
+JUDGED_BY_ALL = True
+ALL_POINTS = True
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
