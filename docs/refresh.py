@@ -24,8 +24,11 @@ _GAP = ["..."]
 def refresh(page: Path) -> list[str]:
     """Write a page anew. Return what has to be mended by hand."""
     text = reference.renewed(page.read_text(encoding="utf-8"))
-    with tempfile.TemporaryDirectory() as folder:
-        outputs = list(snippets.outputs(text, Path(folder)))
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            outputs = list(snippets.outputs(text, Path(folder)))
+    except Exception as error:  # noqa: BLE001 - the other pages can still be written
+        return [f"{page.name}: {error!r}"]
     by_hand = []
     for output in reversed(outputs):  # from the end on: the places before stay right
         if output.is_as_expected:
