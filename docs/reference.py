@@ -27,6 +27,7 @@ from tendon_cli.quantities import (
 )
 from tendon_cli.space.axis import limit_of, split_side
 from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.usual import USUAL, UsualDeviation
 from tendon_cli.units import UNITS
 
 MARKED = re.compile(r"(<!-- from the code: ([\w -]+) -->\n).*?(<!-- until here -->)", re.DOTALL)
@@ -157,6 +158,18 @@ def limit_table() -> str:
         needs = ", ".join(f"`{need.key}`" for need in limit.needs)
         rows.append((f"`limits.{name}`", QUANTITIES[name].unit, needs))
     return table(("limit", "unit", "needs"), rows)
+
+
+def usual_table() -> str:
+    """Return the table of usual deviations, with what each is taken from."""
+    by_deviation: dict[UsualDeviation, list[str]] = {}
+    for key, deviation in USUAL.items():
+        by_deviation.setdefault(deviation, []).append(key)
+    rows = []
+    for deviation, its_keys in by_deviation.items():
+        text = deviation.text(its_keys[0]) + (", each side" if deviation.has_sides else "")
+        rows.append((", ".join(f"`{key}`" for key in its_keys), text, deviation.source))
+    return table(("number", "usual deviation", "from"), rows)
 
 
 def unit_table() -> str:
@@ -299,6 +312,7 @@ TABLES: dict[str, Callable[..., str]] = {
     "figures": lambda: keys_of_each("figure"),
     "rows": lambda: keys_of_each("table"),
     "limits": limit_table,
+    "usual": usual_table,
     "units": unit_table,
     "states": lambda: column_table(OF_STATES),
     "designs": lambda: column_table(OF_DESIGNS),
