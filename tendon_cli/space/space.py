@@ -229,7 +229,10 @@ class Space:
 
     @cached_property
     def carried(self) -> tuple[Carried, ...]:
-        """Columns that named axes carry along: each by itself, then the sums of those of a name."""
+        """Columns that named axes carry along: each by itself, then the sums of those of a name.
+
+        A sum counts the springs of both sides.
+        """
         columns = []
         sums: dict[str, list[tuple[int, CarriedColumn]]] = {}
         for place, axis in enumerate(self.axes):
@@ -239,7 +242,8 @@ class Space:
                 name = f"{axis.key}_{column.name}"
                 columns.append(Carried(name, (axis.key,), ((place, column),)))
                 if not column.words:
-                    sums.setdefault(column.name, []).append((place, column))
+                    of_all = replace(column, values=axis.pieces * column.values)
+                    sums.setdefault(column.name, []).append((place, of_all))
         for name, parts in sums.items():
             keys = tuple(self.axes[place].key for place, _ in parts)
             columns.append(Carried(name, keys, tuple(parts)))
