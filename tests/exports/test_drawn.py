@@ -170,6 +170,16 @@ def test_an_answer_is_equal_to_itself_and_says_what_to_set(answer):
             assert found[name]["a"] == found[name]["b"] == getattr(read, name)
 
 
+def test_draws_of_other_numbers_are_not_taken_for_the_same(answers):
+    """Each number draws by its place among all: one more, and all draws are others."""
+    known = SUIT | {"uncertainty": {"draws": 16, "exact": ["sheath.friction"]}}
+    compared = tendon.compare(answers["suit"], tendon.design(known, jobs=1))
+    assert not compared.record["paired"]
+    assert compared.record["gained"] is None
+    stiffer = SUIT | {"anchor": {"stiffness": "2.2 kN/m"}}
+    assert tendon.compare(answers["suit"], tendon.design(stiffer, jobs=1)).record["paired"]
+
+
 def test_the_title_of_its_drawings_says_what_to_set(answer):
     assert names_the_setting(answer.record["population"]["title"], answer)
 
