@@ -7,7 +7,7 @@ spring is "rigid". Whatever is said about an answer follows from its record alon
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Literal, TypeAlias
 
 from tendon_cli.typed_record import AS_READ, OTHERS, Record
@@ -105,6 +105,14 @@ class QuestionRecord(Record):
         str,
         'Gauge by which a pretension is read: "pretension" (F0), "flexor at joint"',
     ]
+    set_by_sample: Annotated[
+        bool, "True if windows and settings of the named choices are those of a second sample"
+    ] = False
+    shows_own_f0: Annotated[
+        bool,
+        "True if pretensions in rows of choices are F0 of the study's own arm; all others are as "
+        "they are read",
+    ] = False
     unit: Annotated[
         str,
         'Unit of what is read, "N" or "N m"; that of pretensions, windows and their ends',
@@ -178,6 +186,16 @@ class ChoiceRecord(Record):
     set_extensor_tension_motor: Annotated[
         float | None,
         "Tension to set in the extensor at the motor",
+        "N",
+    ]
+    set_flexor_tension_from: Annotated[
+        float | None,
+        "Tension in the flexor at the joint at the lower end of the window",
+        "N",
+    ]
+    set_flexor_tension_to: Annotated[
+        float | None,
+        "The same at the upper end; null if nothing bounds it",
         "N",
     ]
     pretension: Annotated[float | None, "Pretension to which the choice is set", AS_READ]
@@ -369,6 +387,12 @@ class RopeRecord(Record):
     reserve: Annotated[float, "Customary ratio of the breaking tension to the largest one"]
     least_breaking_force: Annotated[float, "Tension below which it should not break", "N"]
     least_diameter: Annotated[float, "Diameter of a stainless 7x7 rope that breaks there", "m"]
+    kinds: Annotated[
+        dict[str, float], "Diameter of the weakest sufficient rope, by kinds that bend easily", "m"
+    ]
+    spools: Annotated[
+        dict[str, float], "Diameter of the narrowest spool that suits it, by the same kinds", "m"
+    ]
     breaking_force: Annotated[
         float | None,
         "Tension at which it breaks; null if the study states none",
@@ -416,6 +440,12 @@ class SpringRecord(Record):
         "is not stated, the longest that fits; null without a spring between anchors",
         "m",
     ]
+    least_length: Annotated[
+        float | None,
+        "Shortest unloaded length, hooks included, to which the flexor's can be wound of music "
+        "wire; null for a rigid one",
+        "m",
+    ]
     extension: Annotated[float | None, "Extension of the flexor's where room is least", "m"]
     distance: Annotated[float | None, "Distance of its anchors there", "m"]
 
@@ -424,7 +454,13 @@ class SpringRecord(Record):
 class MotorRecord(Record):
     """Motor."""
 
-    torque: Annotated[float, "Largest torque", "N m"]
+    torque: Annotated[float, "Largest torque at the spool", "N m"]
+    worn_torque: Annotated[
+        float | None,
+        "The same with worn sheaths, which pass 69 % of the tension; null where the study's pass "
+        "less",
+        "N m",
+    ]
     speed: Annotated[float | None, "Largest speed; null if the study says nothing of time", "rad/s"]
     power: Annotated[float | None, "Largest power", "W"]
 
@@ -462,20 +498,46 @@ class SensitivityRecord(Record):
 
 
 @dataclass(kw_only=True)
-class ExactRecord(Record):
-    """Effect of the usual error of a number that the study takes as exact, to first order."""
+class AssumedRecord(Record):
+    """A number that may be otherwise than a study says, and what that does."""
 
-    key: Annotated[str, "Dotted key of the number"]
-    value: Annotated[float, "Value of the number", "SI"]
-    deviation: Annotated[float, "Usual standard deviation of such a number", "SI"]
-    deviation_words: Annotated[str, 'The deviation in words: "5 mm", "20 %", "a factor of 2"']
+    key: Annotated[str, "Dotted key of the number, or of that of one side"]
+    value: Annotated[
+        float | None, "Value of the number in the choice named first; null for a rigid one", "SI"
+    ]
+    deviation: Annotated[
+        float | None, "Standard deviation of such a number; null where `other` says it", "SI"
+    ]
+    deviation_words: Annotated[str, 'The deviation in words: "5 mm", "20 %", "a factor of 1.4"']
+    kind: Annotated[
+        str,
+        'Shape in which it is drawn: "normal", "log-normal" or "uniform"; "exact" if it is not, '
+        '"given" if it is no deviation',
+    ]
     source: Annotated[str, "Reason why such a number deviates"]
+    from_: Annotated[str, 'Who says how far: "study", "usual", "fit" or "person"']
     moves_from: Annotated[
         float | None,
-        "Change of the lower end if the number grows by it; null if the end has no slope",
+        "Change of the lower end by this deviation; null if it is not known",
         AS_READ,
     ]
     moves_to: Annotated[float | None, "Change of the upper end", AS_READ]
+    other: Annotated[float | None, "Value that what is given may well have", "SI"] = None
+    served: Annotated[
+        float | None, "Share that the choice named first then serves as it is set"
+    ] = None
+    served_anew: Annotated[
+        float | None, "Largest share that any choice could then serve, set anew"
+    ] = None
+
+
+@dataclass(kw_only=True)
+class ListedRecord(Record):
+    """A pretension that the study lists, and whom the choice named first then serves."""
+
+    pretension: Annotated[float, "The pretension as the study states it", "N"]
+    reading: Annotated[float, "What the gauge of the answer shows", AS_READ]
+    served: Annotated[float, "Share of the fresh sample, or of the conditions, that it serves"]
 
 
 @dataclass(kw_only=True)
@@ -561,10 +623,6 @@ class FixRecord(Record):
         "The value with its unit, rounded so that it gives a window when it is typed in",
     ]
     printed_pretension: Annotated[str, "A pretension in the window of the printed value", "N"]
-    can_be_built: Annotated[
-        bool | None,
-        "False if the flexor's spring then has no room; null if no value helps",
-    ]
     served_verified: Annotated[
         VerifiedRecord | None,
         "Judgement of a fresh sample on the printed value at that pretension; null without one",
@@ -600,10 +658,6 @@ class RelaxationRecord(Record):
         float | None,
         "Share of persons or draws that it serves, without a choice the largest at the farthest "
         "value; null without both",
-    ]
-    can_be_built: Annotated[
-        bool | None,
-        "False if the flexor's spring then has no room; null without a choice",
     ]
     served_verified: Annotated[
         VerifiedRecord | None,
@@ -864,9 +918,18 @@ class AnswerResults(Record):
         list[SensitivityRecord],
         "Motion of the ends of the best choice's window, the largest per 1 % first",
     ]
-    taken_as_exact: Annotated[
-        list[ExactRecord],
-        "Numbers that the study takes as exact, the one that moves an end most first",
+    assumed: Annotated[
+        list[AssumedRecord],
+        "Numbers that deviate, drawn or taken as exact, and what is taken as given, such as rigid "
+        "cuffs; the one that moves an end most first",
+    ]
+    listed: Annotated[
+        list[ListedRecord],
+        "Pretensions that the study lists, judged with the choice named first",
+    ]
+    of_paper: Annotated[
+        list[str],
+        "Keys of the arm's numbers that the study does not state, so that they are the paper's",
     ]
     checks: Annotated[ChecksRecord | None, "There if a trajectory gives the motion"] = None
     between_samples: Annotated[
@@ -947,3 +1010,53 @@ def as_answer(record: Mapping[str, Any]) -> AnswerRecord:
         ValueError: An entry is missing, or of another type.
     """
     return AnswerRecord.from_json(record)
+
+
+def holds(record: AnswerResults) -> bool:
+    """Return True if the choice named first may be built and worn as the answer says.
+
+    It has a window, no fresh sample refutes it, and the suit can be set within it.
+    """
+    can_be_set = record.decided is None or record.decided.can_be_set
+    return record.best is not None and record.best.feasible and can_be_set
+
+
+# --- As it is read --------------------------------------------------------------------------------
+
+
+def as_read(record: AnswerResults) -> AnswerResults:
+    """Return a record whose choices, too, have pretensions as the gauge of the answer shows them.
+
+    Whatever is said of an answer is said of this.
+    """
+    if not record.question.shows_own_f0:
+        return record
+    return replace(
+        record,
+        question=replace(record.question, shows_own_f0=False),
+        best=None if record.best is None else _row_as_read(record.best),
+        best_by={column: _row_as_read(row) for column, row in record.best_by.items()},
+        front=[_row_as_read(row) for row in record.front],
+        proved=[_row_as_read(row) for row in record.proved],
+        trade_offs=[
+            replace(
+                trade_off,
+                best=[None if row is None else _row_as_read(row) for row in trade_off.best],
+            )
+            for trade_off in record.trade_offs
+        ],
+        conflicts=[
+            replace(conflict, nearest=_row_as_read(conflict.nearest))
+            for conflict in record.conflicts
+        ],
+    )
+
+
+def _row_as_read(row: ChoiceRecord) -> ChoiceRecord:
+    """Return a choice whose pretensions are the readings of a gauge in the flexor at the joint."""
+    return replace(
+        row,
+        pretension=row.set_flexor_tension,
+        pretension_from=row.set_flexor_tension_from,
+        pretension_to=row.set_flexor_tension_to,
+    )

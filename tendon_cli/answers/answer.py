@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from tendon_cli.answer_record import AnswerRecord, as_answer, value_of
+from tendon_cli.answer_record import AnswerRecord, as_answer, holds, value_of
 from tendon_cli.answers.text import short_text
 from tendon_cli.engine.results import Result, along_own_axes, framed, variables_of, xarray_library
 from tendon_cli.registry import load
@@ -36,8 +36,8 @@ class Answer(Result):
 
     @property
     def is_negative(self) -> bool:
-        """True if no choice has a window, or if the fresh sample refutes the one named first."""
-        return self.best is None or not self.best["feasible"]
+        """True if the choice named first does not hold, or if there is none."""
+        return not holds(self.answer)
 
     @cached_property
     def answer(self) -> AnswerRecord:

@@ -28,8 +28,9 @@ from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import RowTarget
 from tendon_cli.typed_record import to_json
-from tendon_cli.windows.candidates import solve_part, summarise
+from tendon_cli.windows.candidates import summarise
 from tendon_cli.windows.question import Question, affords_motion, question_of, rows_to_prove
+from tendon_cli.windows.solutions import solve
 from tendon_cli.windows.solver import Solver
 
 CHOICES_PER_PART = 2**17
@@ -136,7 +137,7 @@ class Choices(Task):
         """
         self.check_stopped()
         part = self.part(index)
-        solutions = solve_part(self.solver, np.arange(part.start, part.stop))
+        solutions = solve(self.solver, self.question.points(np.arange(part.start, part.stop)))
         rows = {UNFINISHED: answer_tables.choice_rows(self.question, solutions)}
         if "conditions" in tables:
             rows["conditions"] = answer_tables.condition_rows(self.question)

@@ -35,7 +35,7 @@ def question_notes(
     ]
     stated = study.uncertainty
     draws_nothing = (
-        stated is not None and stated.asks_for_draws and stated.draws and not study.uncertain
+        stated is not None and stated.asks_for_draws and stated.draws and not study.to_draw
     )
     of_people = []
     if study.people is not None and not study.people.is_from_file:
@@ -47,10 +47,6 @@ def question_notes(
                 "the study's pretensions per side are not used: the answer is one pretension for"
                 " both sides"
             ),
-        ),
-        (
-            any(study.numbers[key].is_axis for key in pretensions),
-            "the study's pretensions are not used: the window is computed exactly, without them",
         ),
         *(
             (
@@ -94,14 +90,6 @@ def question_notes(
         (draws_nothing, "nothing in this study is uncertain, so [uncertainty] draws nothing"),
     ]
     return [words for holds, words in notes if holds]
-
-
-def note_on_worst_values(choices: int) -> str:
-    """Note that most of so many choices have no worst values."""
-    return (
-        f"all {choices:,} choices have their window, but only those that may be the best have the"
-        " worst values at their pretension; these are null for the others"
-    )
 
 
 def note_on_motion(choices: int) -> str:

@@ -20,7 +20,7 @@ from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.studies.study import Study
 from tendon_cli.windows.coverage import normalise
 from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import question_of
+from tendon_cli.windows.question import Placement, question_of
 from tendon_cli.windows.solver import Solver
 from tendon_cli.windows.verification import Verified, Verifier
 
@@ -188,7 +188,7 @@ def _farthest(
     member = int(np.argmax(np.where(is_meant, missing, -np.inf)))
     question = judge.solver.question
     of_member = question.within_groups(question.groups.conditions_of(np.array([member])))
-    placement = replace(question.placement, given=pretension)
+    placement = Placement(given=pretension)
     solver = judge.solver.for_question(replace(of_member, placement=placement))
     windows = GroupWindows.of(solver, choice)
     is_low = np.isnan(windows.low[0]) or windows.low[0] > pretension

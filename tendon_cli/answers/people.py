@@ -37,6 +37,7 @@ from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, Codes
 from tendon_cli.space.axis import PERSON_AXIS, Axis, evenly_spaced, limit_of
 from tendon_cli.studies.people.population import Population
+from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows import coverage
 from tendon_cli.windows.coverage import (
     Sizes,
@@ -158,8 +159,11 @@ def population(
         count=len(windows.low),
         effective_count=groups.effective_count,
         counts=dict(groups.counts),
-        window=[row.pretension_from, row.pretension_to],
-        pretension=row.pretension,
+        window=[
+            finite_or_none(chosen.pretension_from[0]),
+            finite_or_none(chosen.pretension_to[0]),
+        ],
+        pretension=finite_or_none(chosen.pretension[0]),
         served=served,
         interval_95=groups.interval(served),
         served_verified=None if judged is None else verified_record(judged),

@@ -234,6 +234,8 @@ def pretension_words(question: QuestionRecord, best: ChoiceRecord) -> str:
     window = window_of(best)
     if pretension is None or window is None:
         return "-"
+    if question.set_by_sample:  # whose seed decides on the fourth digit
+        return f"{say.number_within(pretension, *window, 3)} {question.unit}"
     return f"{say.number_within(pretension, *window)} {question.unit}"
 
 
@@ -250,11 +252,7 @@ def lower_words(question: QuestionRecord, row: ChoiceRecord, gauge: str = "") ->
         return "no lower limit: both tendons are taut without pretension"
     if end.pretension < 0.0:
         return "no lower limit: no pretension is needed"
-    value = say.number(end.pretension)
-    value = f"{value} {question.unit}{gauge}"
-    return (
-        f"below {value} {broken(question, end.limit, row.columns, end.under)}{where(question, end)}"
-    )
+    return f"below {_end_words(question, row, end, end.pretension, end.limit, gauge)}"
 
 
 def upper_words(question: QuestionRecord, row: ChoiceRecord, gauge: str = "") -> str:
@@ -272,11 +270,23 @@ def upper_words(question: QuestionRecord, row: ChoiceRecord, gauge: str = "") ->
         noun, _ = say.setting_words(question.read)
         is_broken = broken(question, end.limit, row.columns, end.under)
         return f"at any {noun}, even 0 {question.unit}, {is_broken}{where(question, end)}"
-    value = say.number(end.pretension)
-    value = f"{value} {question.unit}{gauge}"
-    return (
-        f"above {value} {broken(question, end.limit, row.columns, end.under)}{where(question, end)}"
-    )
+    return f"above {_end_words(question, row, end, end.pretension, end.limit, gauge)}"
+
+
+def _end_words(
+    question: QuestionRecord,
+    row: ChoiceRecord,
+    end: WindowEnd,
+    pretension: float,
+    limit: str,
+    gauge: str,
+) -> str:
+    """Say an end of a window, and what binds there: of a sample, what too few would do."""
+    happens = f"{broken(question, limit, row.columns, end.under)}{where(question, end)}"
+    if not question.set_by_sample:
+        return f"{say.number(pretension)} {question.unit}{gauge} {happens}"
+    value = f"{say.number(pretension, 3)} {question.unit}{gauge}"
+    return f"{value} too few are served: {happens}"
 
 
 def gap_words(question: QuestionRecord, row: ChoiceRecord, gap: float | None) -> Iterator[str]:
@@ -303,7 +313,10 @@ def gap_words(question: QuestionRecord, row: ChoiceRecord, gap: float | None) ->
 
 def where(question: QuestionRecord, end: WindowEnd) -> str:
     """Say the condition and the state that bind, in brackets."""
-    words = [condition_words(question, end.under)]
+    if question.set_by_sample:
+        words = [condition_of_group(question, end.under)]
+    else:
+        words = [condition_words(question, end.under)]
     if end.direction is not None and end.elbow_angle is not None:
         words.append(end.direction)
         words.append(say.quantity("elbow_angle", end.elbow_angle))
@@ -356,6 +369,23 @@ def judgement_words(fresh: FreshRecord, judged: VerifiedRecord, serve: float) ->
     is_short = not is_enough(judged, serve) and not is_undecided(judged, serve)
     only = "only " if is_short else ""
     return f"{only}{share_words(fresh, judged, serve)}{verdict(fresh, judged, serve)}"
+
+
+def suits_words(fresh: FreshRecord, judged: VerifiedRecord, serve: float) -> str:
+    """Say in how many of 100 suits a choice works: "98 of 100 suits so built"."""
+    suits = "suits so built"
+    if judged.value >= 1.0:
+        return f"all of {fresh.count:,} {suits}"
+    of_hundred = round(100.0 * judged.value)
+    asked = round(100.0 * serve)
+    is_short = judged.value < serve - _SHARE_ROUNDING
+    if is_short and of_hundred >= asked:
+        of_hundred = asked - 1
+    count = str(min(of_hundred, 99)) if of_hundred else "fewer than 1"
+    words = f"{count} of 100 {suits}"
+    if is_undecided(judged, serve):
+        return f"{words}, too close to {asked} to tell from {fresh.count:,}"
+    return f"only {words}, not in the {asked} asked for" if is_short else words
 
 
 def share_words(fresh: FreshRecord, judged: VerifiedRecord, serve: float) -> str:

@@ -38,6 +38,8 @@ def question_record(question: Question) -> QuestionRecord:
     return QuestionRecord(
         joint=str(study.joint.name),
         read=study.setting.read,
+        set_by_sample=question.sets_by_sample,
+        shows_own_f0=question.shows_own_f0,
         unit=unit_of_reading(study.setting.read),
         pretension=question.placement.given,
         limits=dict(study.limits.items()),

@@ -30,7 +30,8 @@ _SECTIONS = {
     "between_samples": "Between the samples",
     "checks": "What the cutoff decides",
     "sensitivities": "What moves the window most",
-    "taken_as_exact": "Taken as exact",
+    "assumed": "Assumed, and what each does to the window",
+    "listed": "Pretensions that the study lists",
     "population": "For whom, or how sure",
     "best_by": "Best by each goal",
     "front": "Pareto front",
@@ -62,7 +63,15 @@ _MOST_CHOICES = 5
 """Most choices side by side."""
 _COLUMNS = {
     "SensitivityRecord": ("end", "key", "value", "per_percent", "steady"),
-    "ExactRecord": ("key", "value", "deviation_words", "moves_from", "moves_to"),
+    "AssumedRecord": (
+        "key",
+        "value",
+        "deviation_words",
+        "from",
+        "moves_from",
+        "moves_to",
+        "served",
+    ),
     "FixRecord": ("parameter", "before", "printed", "printed_pretension", "max_tension"),
     "RelaxationRecord": ("key", "before", "printed", "printed_pretension", "served", "values"),
     "ConflictRecord": ("limits", "choices", "gap", "fails"),

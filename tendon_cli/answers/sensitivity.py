@@ -38,6 +38,7 @@ from tendon_cli.space.axis import (
 )
 from tendon_cli.space.space import Space
 from tendon_cli.studies.study import keys
+from tendon_cli.studies.usual import drawn_numbers
 from tendon_cli.studies.values import quantile
 from tendon_cli.windows.coverage import normalise
 from tendon_cli.windows.points import Points
@@ -478,11 +479,12 @@ def indices(solver: Solver, points: Points) -> list[SobolRecord]:
     question = solver.question
     study = question.study
     drawing = study.drawing
-    if drawing is None:
-        return []
+    if drawing is None or study.usual:
+        return []  # the answer says what each deviation does to the window
     people = study.people.population if study.people is not None else None
     person_axis = question.axes.get(PERSON_AXIS)
-    inputs = tuple(study.uncertain)
+    laws = study.to_draw
+    inputs = tuple(laws)
     if person_axis is not None and len(person_axis) > 1:
         inputs = (*inputs, BODY)
     others = [axis for axis in question.conditions.axes if axis.role != "draw"]
@@ -500,8 +502,8 @@ def indices(solver: Solver, points: Points) -> list[SobolRecord]:
             rows = np.searchsorted(up_to, places[:, -1], side="right")
             persons = np.minimum(rows, len(people) - 1)
             drawn |= {key: values[persons] for key, values in person_axis.numbers.items()}
-        for place, (key, known) in enumerate(study.uncertain.items()):
-            drawn[key] = quantile(known, places[:, place])
+        of_laws = {key: quantile(law, places[:, at]) for at, (key, law) in enumerate(laws.items())}
+        drawn |= drawn_numbers(study, of_laws)
         axis = replace(Axis.of_points(drawn), key=DRAW_AXIS, role="draw")
         varied = replace(question, conditions=Space((axis, *others)).grouped())
         windows = solver.for_question(varied).ends(points)

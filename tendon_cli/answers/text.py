@@ -15,6 +15,7 @@ from tendon_cli.answer_record import (
     QuestionRecord,
     SettingRecord,
     VerifiedRecord,
+    as_read,
     value_of,
 )
 from tendon_cli.answers import phrases
@@ -24,9 +25,19 @@ from tendon_cli.answers.phrases import (
     need_words,
     population_share,
     pretension_words,
+    share_words,
+    suits_words,
     window_of,
 )
 from tendon_cli.answers.record_tables import record_blocks
+from tendon_cli.answers.text_assumed import (
+    cuffs_words,
+    deviations_words,
+    errors_reach_setting,
+    listed_words,
+    paper_words,
+    posture_words,
+)
 from tendon_cli.answers.text_bench import (
     Suit,
     bench_words,
@@ -37,8 +48,6 @@ from tendon_cli.answers.text_bench import (
     suit_words,
 )
 from tendon_cli.answers.text_order import (
-    errors_reach_setting,
-    exact_short,
     state_words,
     ties_words,
     unsettable_words,
@@ -52,7 +61,7 @@ from tendon_cli.answers.text_parts import (
     short_parts,
 )
 from tendon_cli.say import Clause, Section
-from tendon_cli.space.axis import limit_of
+from tendon_cli.space.axis import PERSON_AXIS, limit_of
 from tendon_cli.studies.axis_words import parameter
 from tendon_cli.studies.study import keys
 
@@ -108,12 +117,13 @@ def answer_blocks(record: AnswerResults) -> Iterator[say.Block]:
 
 
 def _tables(record: AnswerResults) -> Iterator[say.Block]:
-    yield from record_blocks(record)
+    yield from record_blocks(as_read(record))
     yield from ({"note": note} for note in record.notes)
 
 
 def _sections(record: AnswerResults) -> list[Section]:
     """Return the sections of the short answer, with all that may stand in them."""
+    record = as_read(record)
     best = record.best
     return [*(_no_window(record) if best is None else _with_window(record, best))]
 
@@ -133,6 +143,9 @@ def _with_window(record: AnswerResults, best: ChoiceRecord) -> Iterator[Section]
     to_state = state_words(record)
     if to_state:
         first.append(Clause(to_state))
+    cuffs = cuffs_words(record)
+    if cuffs:
+        first.append(Clause(cuffs))
     yield Section("", first, " ")
     yield Section("Why", [*_why(record, best)], "")
     if not best.feasible:
@@ -142,7 +155,8 @@ def _with_window(record: AnswerResults, best: ChoiceRecord) -> Iterator[Section]
     if record.parts_needed is not None:
         sums = phrases.sums_words(record.question, best)
         parts = [Clause(sums, 2)] if sums else []
-        parts += [Clause(words, 3) for words in short_parts(record.parts_needed)]
+        rank = 1 if record.question.set_by_sample else 3
+        parts += [Clause(words, rank) for words in short_parts(record.parts_needed)]
         yield Section("Parts", parts)
     yield Section("Rests on", [*_rests_on(record, best)])
 
@@ -153,7 +167,7 @@ def _why(record: AnswerResults, best: ChoiceRecord) -> Iterator[Clause]:
     noun, where = say.setting_words(question.read)
     gauge = where or f" of {noun}"
     own_sample = ""
-    if best.served_verified is not None:
+    if best.served_verified is not None and not question.set_by_sample:
         own_sample = f"in {phrases.own_sample(question)}: "
     yield Clause(f"{own_sample}{phrases.lower_words(question, best, gauge)}")
     yield Clause(phrases.upper_words(question, best))
@@ -161,7 +175,7 @@ def _why(record: AnswerResults, best: ChoiceRecord) -> Iterator[Clause]:
     if drift:
         yield Clause(drift, 4)
     population = record.population
-    if population is not None:
+    if population is not None and not question.set_by_sample:
         for rank, reason in enumerate(population.not_served[:_MOST_REASONS]):
             yield Clause(need_words(question, population, reason), 2 + 4 * rank)
     for words in ties_words(record):
@@ -178,7 +192,7 @@ def _to_set(record: AnswerResults, best: ChoiceRecord, setting: SettingRecord) -
     yield Clause(shortening_words(record, best, setting))
     spread = spread_words(record, setting)
     if spread:
-        yield Clause(spread, 1)
+        yield Clause(spread, 4)
     yield Clause(other_end_words(question, best), 6)
 
 
@@ -193,14 +207,24 @@ def _rests_on(record: AnswerResults, best: ChoiceRecord) -> Iterator[Clause]:
     is_judged_anew = record.verified_by is not None
     if between is not None:
         proof = say.proof_sentence(between).rstrip(".")
-        of_sample = f" of {phrases.own_sample(question)}" if is_judged_anew else ""
-        yield Clause(f"the window{of_sample} is {proof[0].lower()}{proof[1:]}")
+        of_sample = ""
+        if is_judged_anew:
+            of_sample = f" of {phrases.own_sample(question)}"
+        rank = 5 if question.set_by_sample else 0
+        yield Clause(f"the window{of_sample} is {proof[0].lower()}{proof[1:]}", rank)
+    if best.served_verified is not None and record.verified_by is not None:
+        share = share_words(record.verified_by, best.served_verified, record.serve)
+        chose = "that had no part in choosing or setting"
+        yield Clause(f"it serves {share}, {chose}")
     if whom and not is_judged_anew:
         yield Clause(f"the choice is made and judged by the same {whom.removeprefix('this ')}", 2)
-    numbers = record.taken_as_exact
-    exact = exact_short(question, numbers, best)
-    if exact:
-        yield Clause(exact, 1 if errors_reach_setting(numbers, best) else 3)
+    deviations = deviations_words(record, best)
+    if deviations:
+        is_first = record.question.set_by_sample or errors_reach_setting(record, best)
+        yield Clause(deviations, 1 if is_first else 3)
+    for words in (listed_words(record), posture_words(record), paper_words(record)):
+        if words:
+            yield Clause(words, 4)
     for note in record.notes:
         yield Clause(note, 9)
 
@@ -246,8 +270,7 @@ def _other_pretension(record: AnswerResults, best: ChoiceRecord) -> Iterator[Cla
 def _help(record: AnswerResults) -> Iterator[Clause]:
     """Yield the cheapest fixes, and the demands that would have to be relaxed."""
     possible = [fix for fix in record.fixes if fix.after is not None]
-    fixes = sorted(possible, key=lambda fix: not fix.can_be_built)
-    words = [*dict.fromkeys(fix_words(record.question, fix) for fix in fixes)][:_MOST_FIXES]
+    words = [*dict.fromkeys(fix_words(record.question, fix) for fix in possible)][:_MOST_FIXES]
     for place, text in enumerate(words):
         yield Clause(text, min(place, 2))
     changes = [*relaxations_words(record, record.would_take)]
@@ -298,6 +321,8 @@ def _serves(record: AnswerResults, best: ChoiceRecord, suit: Suit) -> str:
     serve = suit.verb("serve", "serves")
     work = suit.verb("work", "works")
     if judged is not None and fresh is not None:
+        if question.set_by_sample and PERSON_AXIS not in question.counts:
+            return f"{work} in {suits_words(fresh, judged, record.serve)}"
         return f"{serve} {judgement_words(fresh, judged, record.serve)}"
     population = record.population
     if population is not None:

@@ -198,7 +198,8 @@ def _digits(best: ChoiceRecord, tension: float) -> int:
     """Return as many digits as keep the rounding of a tension small beside the window."""
     pretension = best.pretension
     window = window_of(best)
-    if pretension is None or window is None or tension == 0.0:
+    is_of_sample = best.served_verified is not None  # whose seed decides on the fourth digit
+    if pretension is None or window is None or tension == 0.0 or is_of_sample:
         return _LEAST_DIGITS
     room = min(pretension - window[0], window[1] - pretension)
     share = max(room, 0.0) / max(abs(pretension), 1e-12)
@@ -259,6 +260,8 @@ def spread_words(record: AnswerResults, setting: SettingRecord) -> str:
         return ""
     end = "motor" if is_motor else "joint"
     whom = _in_how_many(question)
+    if question.read == f"flexor at {end}":
+        return f"{whom} the extensor then shows {extensor}"
     return f"{whom} {flexor} in the flexor and {extensor} in the extensor at the {end}"
 
 
@@ -267,7 +270,8 @@ def other_end_words(question: QuestionRecord, best: ChoiceRecord) -> str:
     is_motor = is_read_at_motor(question)
     names = SET_AT_JOINT if is_motor else SET_AT_MOTOR
     end = "joint" if is_motor else "motor"
-    flexor, extensor = (say.quantity(name, value_of(best, name), 4) for name in names)
+    digits = 3 if question.set_by_sample else 4
+    flexor, extensor = (say.quantity(name, value_of(best, name), digits) for name in names)
     return f"at the {end} {flexor} in the flexor, {extensor} in the extensor"
 
 
@@ -295,6 +299,10 @@ def shortening_words(record: AnswerResults, best: ChoiceRecord, setting: Setting
         if best.served_verified is not None:
             works = f"{works} of the new {question.counted}"
     span = f"{say.window_text(low, high, unit=question.unit)} {works}"
+    if question.set_by_sample:
+        low_text = say.number(low, 3)
+        high_text = "more" if math.isinf(high) else f"{say.number(high, 3)} {question.unit}"
+        span = f"{low_text} to {high_text} {works}"
     if math.isinf(high):
         return f"{words}; they may be {too_long} too long ({span})"
     too_short = say.length_to_spare((high - pretension) / per_metre)
@@ -322,6 +330,8 @@ def _per_mm(question: QuestionRecord, setting: SettingRecord) -> str:
     if noun == "pretension":
         return f"{of_f0} of {noun}"
     of_reading = f"{say.number(1e-3 * setting.read_per_metre, 2)} {question.unit}"
+    if question.set_by_sample:
+        return f"{of_reading} to the {noun}"
     return f"{of_reading} of {noun}{where} ({of_f0} of F0)"
 
 

@@ -29,7 +29,6 @@ from tendon_cli.studies.study import keys
 _USUAL_ROPE = "7x7"
 _SURELY = 1.0 + 1e-9
 """Factor by which a value must be beyond a bound to be so in spite of rounding."""
-NO_ROOM = "the flexor's spring has no room"
 _DEMANDS = {
     "load.mass": "loads of at most {} instead of {}",
     "arm.upper_arm_angle": "an upper arm tilted by at most {} instead of {}",
@@ -66,25 +65,39 @@ def short_parts(parts: PartsRecord) -> Iterator[str]:
         if "strap" in parts.fails:
             instead = f" instead of {_length(strap.width)}"
         yield f"a strap at least {_at_least(strap.least_width)} wide{instead}"
-    rope = parts.rope
-    diameter = _at_least(rope.least_diameter, 3)
-    spool = parts.spool
-    ropes = [f"{_at_most(most)} ({name})" for name, most in spool.largest_ropes.items()]
-    of_side = f"the {spool.side}'s spool, {_length(spool.diameter)} across,"
-    no_rope = _no_rope_fits(parts)
-    yield (
-        f"a rope that breaks at {_strength(rope)} or more"
-        f"{f': {no_rope}' if no_rope else f' (7x7: {diameter})'}"
-    )
-    if not no_rope:
-        yield f"{of_side} takes a rope of at most {say.join_words(ropes, 'or')}"
     spring = parts.spring
     if spring is not None:
-        words = f"springs with {_at_least(spring.travel, 3)} of travel"
-        if spring.room is not None and spring.free_length is None and spring.room > 0.0:
-            words += f", the flexor's at most {_at_most(spring.room)} long unloaded"
-        yield words
+        yield _spring_words(spring)
+    yield f"a rope that breaks at {_strength(parts.rope)} or more{_ropes_that_fit(parts)}"
     yield f"a motor of {_motor(parts.motor).removeprefix('motor: ')}"
+
+
+def _spring_words(spring: SpringRecord) -> str:
+    """Say the travel of the springs, and how long the flexor's may be unloaded."""
+    words = f"springs with {_at_least(spring.travel, 3)} of travel"
+    if spring.room is None or spring.free_length is not None or spring.room <= 0.0:
+        return words
+    most = _at_most(spring.room)
+    if spring.least_length is None or spring.least_length > spring.room:
+        return f"{words}, the flexor's at most {most} long unloaded"
+    least = _at_least(spring.least_length)
+    return f"{words}, the flexor's {least.partition(' ')[0]} to {most} long unloaded"
+
+
+def _ropes_that_fit(parts: PartsRecord) -> str:
+    """Say which ropes of that strength suit the narrower spool, if the study states none."""
+    rope = parts.rope
+    spool = parts.spool
+    if rope.construction is not None:
+        return ""
+    fitting = [kind for kind, least in rope.spools.items() if least <= spool.diameter * _SURELY]
+    if not fitting:
+        widest = min(rope.spools.values())
+        narrow = f"the {spool.side}'s spool is {_length(spool.diameter)} across"
+        return f"; {narrow}, and none fits one below {_at_least(widest)}"
+    kinds = [f"{_at_least(rope.kinds[kind], 3)} of {kind}" for kind in fitting]
+    words = f": {say.join_words(kinds, 'or')}"
+    return words if "7x19" in fitting else f"{words}, which rubs three times as much as steel"
 
 
 def _failures(parts: PartsRecord) -> dict[FailingPart, str]:
@@ -100,20 +113,6 @@ def _failures(parts: PartsRecord) -> dict[FailingPart, str]:
         elif part == "spool":
             words[part] = _spool_fails(parts.spool)
     return words
-
-
-def _no_rope_fits(parts: PartsRecord) -> str:
-    """Say that a 7x7 rope of the strength needed is too thick for the spool; empty if it is not."""
-    least = parts.rope.least_diameter
-    spool = parts.spool
-    most = spool.largest_ropes[_USUAL_ROPE]
-    if least <= most * _SURELY:
-        return ""
-    wider = spool.least_ratios[_USUAL_ROPE] * least
-    return (
-        f"{_at_least(least, 3)} of {_USUAL_ROPE}, too thick for the {spool.side}'s spool"
-        f" ({_length(spool.diameter)} across; {_at_least(wider)} would do)"
-    )
 
 
 def _strap_fails(strap: StrapRecord) -> str:
@@ -161,7 +160,11 @@ def _spool_fails(spool: SpoolRecord) -> str:
 
 def _motor(motor: MotorRecord) -> str:
     """Say what the motor must give."""
-    needs = [say.quantity("peak_motor_torque", motor.torque, 3, toward=math.inf)]
+    torque = say.quantity("peak_motor_torque", motor.torque, 3, toward=math.inf)
+    needs = [f"{torque} at the spool"]
+    if motor.worn_torque is not None:
+        worn = say.quantity("peak_motor_torque", motor.worn_torque, 3, toward=math.inf)
+        needs = [f"{torque} at the spool ({worn} with worn sheaths)"]
     for name, value in (("peak_motor_speed", motor.speed), ("peak_motor_power", motor.power)):
         if value is not None and value > 0.0:
             needs.append(say.quantity(name, value, 3, toward=math.inf))
@@ -209,8 +212,7 @@ def fix_words(question: QuestionRecord, fix: FixRecord) -> str:
     gains = [] if judged is None else [f"{say.percent(judged.value)} served"]
     of_costs = zip(COSTS.values(), costs(fix), strict=True)
     gains += [f"{head} {cost}" for head, cost in of_costs if cost != "-"]
-    said = f"{words}: {', '.join(gains)}" if gains else words
-    return said if fix.can_be_built else f"{said}, but it cannot be built: {NO_ROOM}"
+    return f"{words}: {', '.join(gains)}" if gains else words
 
 
 def _change_words(fix: FixRecord) -> str:
@@ -263,8 +265,7 @@ def relaxations_words(
         if judged is not None and fresh is not None:
             judges = replace(fresh, count=judged.of)
             whom = share_words(judges, judged, answer.serve)
-        but = "" if record.can_be_built else f", but it cannot be built: {NO_ROOM}"
-        yield f"{changed}: {suit} serves {whom}{but}"
+        yield f"{changed}: {suit} serves {whom}"
     if not_enough:
         own = "its" if len(not_enough) == 1 else "their"
         yield f"not enough on {own} own: {', '.join(not_enough)}"

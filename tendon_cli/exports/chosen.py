@@ -18,6 +18,7 @@ from tendon_cli.space.axis import SAMPLE_AXES, Numbers
 from tendon_cli.space.space import Space
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question, question_of
+from tendon_cli.windows.study_arm import as_read
 
 LOAD = "load.mass"
 
@@ -61,8 +62,8 @@ class ChosenSuit:
     def points(self) -> Points:
         """The choice at its pretension."""
         pretension = np.array([float(self.choice.pretension or 0.0)])
-        row = np.array([self.choice.choice])
-        return self.question.points(row).at_pretension(pretension)
+        points = self.question.points(np.array([self.choice.choice]))
+        return points.at_pretension(as_read(self.question, points, pretension))
 
     @cached_property
     def space(self) -> Space:

@@ -258,8 +258,9 @@ def test_the_answer_of_a_page_is_that_of_the_terminal_without_its_80_columns(ans
     text = answer_page.read_text(encoding="utf-8")
     answer = text[text.index('id="answer-section"') :].partition("</section>")[0]
     assert "<pre" not in answer
-    words = html.unescape(re.sub(r"<[^>]*>", " ", answer)).replace(":", "").split()
-    for word in set(record["text"].replace(":", "").split()):
+    words = html.unescape(re.sub(r"<[^>]*>", " ", answer))
+    words = re.sub("[:;]", "", words).split()
+    for word in set(re.sub("[:;]", "", record["text"]).split()):
         assert word in words, word
     first = " ".join(record["text"].partition("\n\n")[0].split())
     assert html.escape(first) in answer.replace("\u00a0", " ")
