@@ -59,6 +59,11 @@ def question_notes(
             "peak_motor_power: if several intervals of pretension keep this limit, the widest is"
             " used"
         )
+    elif study.trajectory is not None:
+        yield (
+            "which way tendons slide depends on the pretension: if several intervals of pretension"
+            " keep the limits along the motion, the widest is the window"
+        )
     if study.people is not None and not study.people.is_from_file:
         yield from study.people.population.notes
     if study.uncertain and study.drawing is None:
