@@ -501,7 +501,9 @@ def _choice_columns(study: Study, at_fault: set[str]) -> Iterator[str]:
         yield from (keys()[key].column for key in table.keys if key in keys())
         for column in table.carried:
             if not column.words:
-                yield from (f"{table.key}_{column.name}", column.name)
+                yield f"{table.key}_{column.name}"
+            if column.addends is not None:
+                yield column.name
 
 
 def _lacking(study: Study, column: str, at_fault: set[str]) -> str | None:

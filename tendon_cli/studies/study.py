@@ -449,6 +449,8 @@ class Study(Displayed, StudyTables):
             warnings += warn_of_distributions(marked_numbers(getattr(self, name), name))
         for key, slips in self.slips.items():
             warnings += slip_notes(key, slips)
+        for table in self.row_tables:
+            warnings += table.warnings
         if self.people is not None and not self.people.is_from_file and self.arm.anchors is None:
             warnings += _notes_on_scaled_anchors(self)
         return tuple(warnings)
