@@ -125,6 +125,25 @@ def read_file(path: Path, most: int) -> bytes:
     return content
 
 
+_inputs: set[tuple[int, int]] | None = None
+"""Device and number of each file that the user's study names, once a command guards them."""
+
+
+def guard_inputs() -> None:
+    """Let no output replace a file that `read_input` reads from now on, in a command."""
+    global _inputs  # noqa: PLW0603 - a process of its own for each command
+    _inputs = set()
+
+
+def read_input(path: Path, most: int) -> bytes:
+    """Return the bytes of a file of the user, as `read_file` does, and guard it."""
+    content = read_file(path, most)
+    if _inputs is not None:
+        status = path.stat()
+        _inputs.add((status.st_dev, status.st_ino))
+    return content
+
+
 def _check_regular(status: os.stat_result, path: Path) -> None:
     """Raise OSError unless this is the status of a regular file."""
     if not stat.S_ISREG(status.st_mode):
@@ -186,7 +205,7 @@ def check_output(path: Path, is_ours: Recogniser, *, overwrite: bool = False) ->
         overwrite: True to replace whatever file stands there.
 
     Raises:
-        UsageError: The file exists and tendon did not write it.
+        UsageError: The file exists and tendon did not write it, or the command reads it.
         OutputError: It cannot be read, or is a folder, a pipe or a device.
     """
     if not os.path.lexists(path):
@@ -194,7 +213,14 @@ def check_output(path: Path, is_ours: Recogniser, *, overwrite: bool = False) ->
     with output_errors(path):
         leads_nowhere = not path.exists()  # a link whose target is gone
         if not leads_nowhere:
-            _check_regular(path.stat(), path)
+            status = path.stat()
+            _check_regular(status, path)
+            if (status.st_dev, status.st_ino) in (_inputs or ()):
+                raise UsageError(
+                    "is an input and would be overwritten",
+                    where=shorten(str(path), 1000),
+                    hint="choose another name",
+                )
         may_replace = overwrite or (not leads_nowhere and _is_recognised(path, is_ours))
     if not may_replace:
         raise not_replaced(path, "tendon did not write it")
