@@ -89,6 +89,8 @@ class QuestionRecord(TypedDict):
     any."""
     joint: str
     """Name of the joint: "elbow"."""
+    own_words: list[str]
+    """Texts of the study itself that speak of an elbow; they stay whatever the joint is."""
     read: str
     """Gauge by which a pretension is read: "pretension" (F0), "flexor at joint"."""
     unit: str

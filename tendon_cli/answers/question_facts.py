@@ -8,6 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from tendon_cli import say
 from tendon_cli.answer_record import (
     AxisRecord,
     CarriedRecord,
@@ -35,6 +36,7 @@ def question_record(question: Question) -> QuestionRecord:
     groups = question.groups
     record: QuestionRecord = {
         "joint": str(study.joint.name),
+        "own_words": list(say.joint_name(study).own_words),
         "read": study.setting.read,
         "unit": unit_of_reading(study.setting.read),
         "pretension": question.placement.given,

@@ -53,7 +53,7 @@ PARAMETERS = {
 }
 """Parameters that a designer can change, and the plausible range of each, SI."""
 
-_MOST_OF_ONE = 250_000
+_MOST_OF_ONE = 60_000
 """Most states of one choice under all conditions; beyond it, only some groups are tried."""
 _MOST_JUDGED = 2_500_000
 """States of one choice under all conditions of a fresh sample, above which only some of its members

@@ -71,7 +71,7 @@ _WORST = {
 
 def answer_text(record: AnswerResults) -> str:
     """Return the answer in 80 columns, from its record alone."""
-    return say.as_text(answer_blocks(record), record["question"]["joint"])
+    return say.as_text(answer_blocks(record), say.joint_name(record["question"]))
 
 
 def answer_blocks(record: AnswerResults) -> Iterator[say.Block]:

@@ -47,7 +47,7 @@ def short_text(record: AnswerResults) -> str:
     """Return the short answer."""
     best = record["best"]
     sections = _no_window(record) if best is None else _answer(record, best)
-    joint = record["question"]["joint"]
+    joint = say.joint_name(record["question"])
     named = [
         section._replace(
             clauses=[

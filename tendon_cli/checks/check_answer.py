@@ -26,7 +26,9 @@ def check_answer(answer: Result, _worst: int) -> CheckResult:
     counted = say.counted(choices, "choice")
     lines = [f"{record['name']}: {feasible:,} of {counted} {have} a window of pretension"]
     if best is not None:
-        lines.append(f"  {say.name_joint(first_words(record, best), record['question']['joint'])}")
+        lines.append(
+            f"  {say.name_joint(first_words(record, best), say.joint_name(record['question']))}"
+        )
     else:
         lines += [f"  {_conflict_words(conflict['limits'])}" for conflict in conflicts]
     result = {

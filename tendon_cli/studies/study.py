@@ -428,6 +428,16 @@ class Study(Displayed, StudyTables):
         return self._sources
 
     @property
+    def own_words(self) -> Iterator[str]:
+        """Texts that are the user's: title, names of rows, and what these carry along."""
+        yield self.title or ""
+        yield from (str(source.get("file", "")) for source in self.sources.values())
+        for table in self.row_tables:
+            yield from table.names
+            for column in table.carried:
+                yield from column.words
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """Sentences on how the study's files were used."""
         return tuple(str(source["note"]) for source in self.sources.values() if "note" in source)
