@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 import errno
 import fcntl
 import os
 import re
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path, PurePath
-from typing import BinaryIO, TypeAlias
+from typing import BinaryIO, TextIO, TypeAlias
 
 from tendon_cli.errors import FolderError, OutputError, UsageError
 from tendon_cli.units import described, shorten
@@ -123,6 +124,24 @@ def read_file(path: Path, most: int) -> bytes:
         size = f"{most // 10**6} MB" if most >= 10**6 else f"{most // 1000} kB"
         raise OSError(errno.EFBIG, f"it is larger than {size}", str(path))
     return content
+
+
+FORMULA = r"^([=+\-@\t\r])"
+"""Pattern of text that a spreadsheet would run as a formula; it is written with a ' before it."""
+
+
+def write_csv_rows(file: TextIO, rows: Iterable[Sequence[str | int]]) -> None:
+    """Write rows as CSV; texts that a spreadsheet would run have a ' before them."""
+    writer = csv.writer(file, lineterminator="\n")
+    for row in rows:
+        writer.writerow([_as_text(cell) for cell in row])
+
+
+def _as_text(cell: str | int) -> str | int:
+    """Return a cell that no spreadsheet runs; numbers below zero stay as they are."""
+    if not isinstance(cell, str) or re.fullmatch(r"-[0-9.]+(e[+-]?[0-9]+)?", cell):
+        return cell
+    return re.sub(FORMULA, r"'\1", cell)
 
 
 _inputs: set[tuple[int, int]] | None = None
