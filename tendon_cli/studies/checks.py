@@ -98,7 +98,7 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
     if study.people is not None:
         faults += study.people.contradictions()
     quantities = {name: key.quantity for path, key in keys().items() for name in (path, key.column)}
-    faults += figure_faults(study.figure, quantities, at_fault)
+    faults += figure_faults(study.figure, quantities, [*_own_columns(study)], at_fault)
     return faults
 
 
@@ -488,6 +488,14 @@ def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
             elif table == "maximise" and name in study.design.minimise:
                 problem = f'"{name}" is both minimised and maximised, expected only one'
                 yield Fault("design.maximise", problem)
+
+
+def _own_columns(study: Study) -> Iterator[str]:
+    """Yield the columns that name the rows of a study's tables, or that these carry along."""
+    for table in study.row_tables:
+        yield table.key
+        for column in table.carried:
+            yield from (f"{table.key}_{column.name}", column.name)
 
 
 def _choice_columns(study: Study, at_fault: set[str]) -> Iterator[str]:
