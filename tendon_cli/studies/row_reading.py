@@ -564,7 +564,9 @@ def _number_text(cell: Any) -> str | None:
     if isinstance(cell, bool):
         return None
     if isinstance(cell, (int, float)):
-        return repr(cell) if math.isfinite(cell) else None
+        return (
+            repr(float(cell) if isinstance(cell, float) else cell) if math.isfinite(cell) else None
+        )
     text = str(cell).strip()
     return text if _NUMBER.fullmatch(text) else None
 
