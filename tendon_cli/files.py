@@ -182,7 +182,7 @@ def check_logs(sources: Sequence[object]) -> None:
         if isinstance(source, Path) and source.is_file():
             name = shorten(str(source))
             with contextlib.suppress(OSError), open_file(source) as file:
-                identity = hashlib.file_digest(file, "sha256").digest()
+                identity = hashlib.sha256(file.read()).digest()
         if identity in seen:
             problem = f"{name} has the same readings as {seen[identity]}, and would count twice"
             raise UsageError(problem, hint="leave one of them out")

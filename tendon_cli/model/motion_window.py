@@ -34,6 +34,8 @@ _SAMPLES = 9
 """Pretensions of each design that are tried first."""
 _FINEST = 2.0**-11
 """Least distance of two pretensions that differ in nothing, as a share of all that are tried."""
+_COARSE = 2.0**-6
+"""Least distance, as such a share, of two at which the same states count."""
 _SAME = 1e-12
 """Relative distance within which two pretensions are the same."""
 _CLOSE = 4e-12
@@ -123,6 +125,17 @@ class Tightest(NamedTuple):
     high_by: Codes
     """Limit that allows no more."""
 
+    def select(self, rows: Rows | Flags) -> Tightest:
+        """Select the ends of some that were tried."""
+        return Tightest(
+            self.low[rows],
+            self.low_state[rows],
+            self.low_by[rows],
+            self.high[rows],
+            self.high_state[rows],
+            self.high_by[rows],
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Tried:
@@ -155,7 +168,7 @@ class Tried:
     def select(self, rows: Rows | Flags) -> Tried:
         """Select some of them."""
         counts = tuple(flags[rows] for flags in self.counts)
-        tight = Tightest(*(values[rows] for values in self.tight))
+        tight = self.tight.select(rows)
         return Tried(self.design[rows], self.pretension[rows], tight, self.power[rows], counts)
 
     @classmethod
@@ -381,6 +394,10 @@ class Search:
         stop = above.pretension[:, np.newaxis, np.newaxis]
         may_break = np.zeros(len(width), dtype=np.bool_)
         stays_broken = np.zeros(len(width), dtype=np.bool_)
+        differ = np.zeros(len(width), dtype=np.bool_)
+        for counts, counts_above in zip(below.counts, above.counts, strict=True):
+            differ |= (counts != counts_above).any(axis=(1, 2))
+        may_differ = differ | (width > _COARSE / _FINEST * finest[below.design])
         # Where a tendon turns, either direction may be the one that holds.
         is_near = _with_neighbours(below.counts[0] | above.counts[0])
         for ends, counts, counts_above in zip(self._ends, below.counts, above.counts, strict=True):
@@ -393,6 +410,7 @@ class Search:
         most = np.maximum(below.power, above.power)
         with np.errstate(invalid="ignore"):
             change = np.where(most == least, 0.0, most - least)
+        may_break &= may_differ
         may_break |= most + change > 0.0
         stays_broken |= least - change > 0.0
         differs = below.is_kept != above.is_kept
