@@ -111,7 +111,7 @@ def draw_answer(
             faults.append(f"the figure {name} cannot be drawn: {type(error).__name__}: {error}")
     answer = as_answer(record)
     if answer["population"] is not None:
-        pages = draw_population(folder, answer)
+        pages = draw_population(folder, answer, record)
         files += [page.save(out / f"{name}.png").name for name, page in pages.items()]
     return files, faults, None
 
@@ -150,7 +150,7 @@ def draw_again(
             pages[name] = page
     answer = as_answer(record)
     if answer["population"] is not None:
-        pages |= draw_population(folder, answer)
+        pages |= draw_population(folder, answer, record)
     if not pages:
         hint = f"`tendon report {folder}` writes a page with what it says"
         raise UsageError("the answer has no figure to draw", where=str(folder), hint=hint)

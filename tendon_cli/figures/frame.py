@@ -33,6 +33,7 @@ from tendon_cli.figures.backend import (
 from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, named, preview, render, text_width
 from tendon_cli.files import check_output, result_path, write_output
 from tendon_cli.studies.study import Study
+from tendon_cli.typed_record import Record
 
 _TITLE: dict[str, Any] = {"size": 9.0, "weight": "bold"}
 _NOTE_SIZE = 6.5
@@ -145,7 +146,7 @@ def save_pages(pages: Sequence[tuple[Page, Path]], *, overwrite: bool = False) -
     return [page.save(path, overwrite=overwrite) for page, path in pages]
 
 
-def source_of(record: Mapping[str, Any]) -> str:
+def source_of(record: Mapping[str, Any] | Record) -> str:
     """Return name and hash of the study of a record, by which `is_figure` knows a figure."""
     return f"tendon study {record['name']} {record['study_hash']}"
 

@@ -120,7 +120,7 @@ def _find(cube: Cube, record: AnswerRecord, column: str) -> TradeOffRecord:
     axis = cube.axis(column)
     if axis is None and column in cube.columns_of_names:
         axis, _ = cube.columns_of_names[column]
-    known = {trade_off["column"]: trade_off for trade_off in record["trade_offs"]}
+    known = {trade_off.column: trade_off for trade_off in record.trade_offs}
     if axis is not None and axis.column in known:
         return known[axis.column]
     keys = [trade_off["key"] for trade_off in known.values()]

@@ -5,7 +5,6 @@ The figure shows what each limit asks for, which limit binds where, and the angl
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -125,9 +124,7 @@ def _key(drawn: OverMotion) -> list[Any]:
     return key
 
 
-def _mark_end(
-    panel: Axes, drawn: OverMotion, chosen: Mapping[str, Any], end: str, unit: str
-) -> None:
+def _mark_end(panel: Axes, drawn: OverMotion, chosen: ChoiceRecord, end: str, unit: str) -> None:
     """Mark an end of the window ("from" or "to") where it binds, and write its value.
 
     An end that no state sets, such as the smallest pretension at all, is written at the left.

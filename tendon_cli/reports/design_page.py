@@ -53,6 +53,8 @@ RESULTS = (
     "tolerance",
     "served",
     "served_at",
+    "set_flexor_tension",
+    "set_extensor_tension",
     "pretension",
     "pretension_from",
     "pretension_to",
@@ -123,7 +125,7 @@ def design_page(answer: Result, most: int) -> str:
     )
 
     is_in_time = cube.study.trajectory is not None
-    words = html.blocks(record["blocks"])
+    words = html.blocks(record.blocks)
     words += html.notes([*thinning_text(axes, left_out), *samples_text(cube.study)])
     parts: dict[str, html.Part] = {}
     if axes:
@@ -144,7 +146,7 @@ def design_page(answer: Result, most: int) -> str:
         parts["design"] = ("One choice", heading, states_part)
     parts["list"] = ("Table", "All choices of this page", html.part("table"))
     return html.result_page(
-        record, answer.kind.noun, ("The answer", words), parts, record["study"], data
+        answer.record, answer.kind.noun, ("The answer", words), parts, record.study, data
     )
 
 
@@ -240,7 +242,7 @@ def _start(record: AnswerRecord, axes: Sequence[PageAxis], is_feasible: ColumnAr
 
     Without a best choice it is the middle.
     """
-    if record["best"] is None:
+    if record.best is None:
         return middle_of(axes, is_feasible.astype(bool))
     places = _places_of_best(record, [axis.axis for axis in axes])
     return [int(np.argmin(np.abs(axis.positions - places[axis.axis.column]))) for axis in axes]
@@ -248,7 +250,7 @@ def _start(record: AnswerRecord, axes: Sequence[PageAxis], is_feasible: ColumnAr
 
 def _places_of_best(record: AnswerRecord, axes: Sequence[Axis]) -> dict[str, int]:
     """Return the positions of the best choice by the columns of axes; none without a best one."""
-    best = record["best"]
+    best = record.best
     if best is None:
         return {}
     return {axis.column: int(position(axis, value_of(best, axis.column))[0]) for axis in axes}
@@ -365,16 +367,16 @@ def people_record(record: AnswerRecord, persons: pa.Table | None) -> dict[str, A
     Returns:
         Both measures, and which persons are served; None if the answer is not for people.
     """
-    population = record["population"]
-    if population is None or persons is None or population["pretension"] is None:
+    population = record.population
+    if population is None or persons is None or population.pretension is None:
         return None
     selected = evenly_spaced(persons.num_rows, MOST_PERSONS)
-    explaining = [measure for reason in population["not_served"] for measure in reason["bodies"]]
+    explaining = [measure for reason in population.not_served for measure in reason.bodies]
     first, second = list(dict.fromkeys((*explaining, *_USUAL_MEASURES)))[:2]
     axes = {}
     for name, measure in (("x", first), ("y", second)):
         shown = ColumnLabel.of(measure, QUANTITIES[measure])
         axes[name] = number_record(shown, as_numpy(persons.column(measure))[selected])
-    enough = 1.0 if population["kind"] == "persons" else record["serve"]
+    enough = 1.0 if population.kind == "persons" else record.serve
     is_served = as_numpy(persons.column("served"))[selected] >= enough - 1e-9
-    return {**axes, "served": {"array": pack_classes(is_served)}, "title": population["title"]}
+    return {**axes, "served": {"array": pack_classes(is_served)}, "title": population.title}
