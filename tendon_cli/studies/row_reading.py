@@ -61,7 +61,17 @@ _UNSTATED = ("inf", "+inf", "-inf", "infinity", "\u221e", "nan", "na", "n/a", "-
 _HEADER = re.compile(r"^(.*?)\s*(?:[(\[](.*)[)\]])?\s*$", re.DOTALL)
 _NUMBER = re.compile(r"[+-]?([0-9]{1,40}\.?[0-9]{0,40}|\.[0-9]{1,40})([eE][+-]?[0-9]{1,3})?")
 _OTHER_COLUMNS = (
-    *("design", "direction", "status", "taut", "stable", "feasible", "on_front", "advice"),
+    *(
+        "condition",
+        "design",
+        "direction",
+        "status",
+        "taut",
+        "stable",
+        "feasible",
+        "on_front",
+        "advice",
+    ),
     *("windows", "weighting", "from_by", "to_by", "between_samples", "choice", "sex"),
     *("from_condition", "to_condition", "from_direction", "to_direction"),
     *("from_elbow_angle", "to_elbow_angle", NAME),

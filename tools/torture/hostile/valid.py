@@ -94,7 +94,7 @@ ROW_FILES = {
     "postures.csv": ["load.mass", "arm.upper_arm_angle"],
 }
 """Keys that the rows of each file set."""
-TABLE_NAMES = ("part", "spring", "robe", "condition", "conditions", "designs", "states", "persons")
+TABLE_NAMES = ("part", "spring", "robe", "conditions", "designs", "states", "persons")
 """Names that tables may have, some of them those of files."""
 ROW_NAMES = ("a", "Elbow S5", "=1+1", "<br>", "x, y", "Größe 2", "elbow_angle", "1")
 """Names that rows may have."""
@@ -138,7 +138,7 @@ class Maker:
             "model": self.model(),
             "output": self.output(),
         }
-        if self.happens(0.4):
+        if self.happens(0.9):  # by default an answer draws 256 suits
             study["uncertainty"] = self.uncertainty()
         if self.happens(0.12):
             study["people"] = self.people(study)
@@ -443,7 +443,7 @@ class Maker:
 
     def uncertainty(self):
         """Return `[uncertainty]`."""
-        uncertainty = {"draws": self.rng.choice([1, 2, 4, 8])}
+        uncertainty = {"draws": self.rng.choice([1, 2, 4, 8]), "usual": self.happens(0.3)}
         if self.happens(0.5):
             uncertainty["seed"] = self.rng.randint(0, 99)
         if self.happens(0.2):
