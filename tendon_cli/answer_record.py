@@ -104,6 +104,10 @@ class QuestionRecord(Record):
         "any",
     ] = field(default_factory=list)
     joint: Annotated[str, 'Name of the joint: "elbow"']
+    own_words: Annotated[
+        list[str],
+        "Texts of the study itself that speak of an elbow; they stay whatever the joint is",
+    ]
     read: Annotated[
         str,
         'Gauge by which a pretension is read: "pretension" (F0), "flexor at joint"',

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli import say
 from tendon_cli.answer_record import (
     AccuracyRecord,
     AxisRecord,
@@ -38,6 +39,7 @@ def question_record(question: Question) -> QuestionRecord:
     groups = question.groups
     return QuestionRecord(
         joint=str(study.joint.name),
+        own_words=list(say.joint_name(study).own_words),
         read=study.setting.read,
         set_by_sample=question.sets_by_sample,
         shows_own_f0=question.shows_own_f0,

@@ -28,7 +28,8 @@ def check_answer(answer: Result, _worst: int) -> CheckResult:
     lines = [f"{record.name}: {feasible:,} of {counted} {have} a window of pretension"]
     read = as_read(record)
     if read.best is not None:
-        lines.append(f"  {say.name_joint(first_words(read, read.best), read.question.joint)}")
+        joint = say.JointName.of(read.question.joint, read.question.own_words)
+        lines.append(f"  {say.name_joint(first_words(read, read.best), joint)}")
     else:
         lines += [f"  {_conflict_words(conflict.limits)}" for conflict in conflicts]
     result = {

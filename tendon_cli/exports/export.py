@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 from tendon_cli.answers.answer import Answer
+from tendon_cli.call_options import check_types
 from tendon_cli.errors import UsageError
 from tendon_cli.exports.chosen import ChosenSuit
 from tendon_cli.exports.csv_files import (
@@ -76,6 +77,8 @@ def export_answer(
         InputError: A table of the answer is damaged.
         OutputError: The file cannot be written.
     """
+    given = {"to": to, "choice": choice, "overwrite": overwrite}
+    check_types("export", given, export_answer.__annotations__)
     form = FORMS.get(to)
     if form is None:
         hint = hint_at_nearest(to, FORMS) or f"expected {', '.join(FORMS)}"

@@ -212,6 +212,14 @@ class CarriedColumn:
     """Numbers, NaN in a row without one, or places in `words`, (rows,)."""
     words: tuple[str, ...] = ()
     """Words of a column of text; empty for a column of numbers."""
+    numbers: Array | None = None
+    """Numbers among the words of a column of text, (rows,), NaN for every other word; None if
+    there are none."""
+
+    @property
+    def addends(self) -> Array | None:
+        """Numbers to add to those of other tables, (rows,); None for a column without any."""
+        return self.numbers if self.words else self.values
 
     def text(self, row: int) -> str:
         """Return the value of a row in words: "14 EUR", "mass 390 g", "A"; empty if it has none.

@@ -53,7 +53,15 @@ def test_packed_numbers_are_the_numbers(count):
 
 
 @pytest.mark.parametrize(
-    ("lengths", "most"), [((400, 400, 4), 700_000), ((3, 5000), 1000), ((1,), 5), ((2, 2, 2), 3)]
+    ("lengths", "most"),
+    [
+        ((400, 400, 4), 700_000),
+        ((3, 5000), 1000),
+        ((1,), 5),
+        ((2, 2, 2), 3),
+        ((3,) * 6, 400),
+        ((4, 3, 2), 1),
+    ],
 )
 def test_thinning_keeps_both_ends_and_the_bound(lengths, most):
     kept = thin_axes(lengths, most)

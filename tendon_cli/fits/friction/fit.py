@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.files import path_of
+from tendon_cli.files import check_logs, path_of
 from tendon_cli.fits.friction.budget import (
     FrictionUncertainty,
     readings_without_load,
@@ -93,6 +93,7 @@ def fit_friction(
         raise UsageError(f'"{motor}" is not a load cell', where="--motor", hint='"1" or "2"')
     bend = bend_angle_of(bend_angle, None if route is None else path_of(route), path_smoothing)
     sources: list[Any] = list(path) if isinstance(path, list | tuple) else [path]
+    check_logs(sources)
     parts = []
     for source in sources:
         file = path_of(source) if isinstance(source, str | PathLike) else source

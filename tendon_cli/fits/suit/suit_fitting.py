@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from tendon_cli.errors import InputError
-from tendon_cli.files import path_of
+from tendon_cli.files import check_logs, path_of
 from tendon_cli.fits.one_thread import one_thread
 from tendon_cli.fits.suit.fitted_numbers import combinations, fitted_numbers
 from tendon_cli.fits.suit.log_columns import SPOOL_ANGLE, Scaling
@@ -152,6 +152,7 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
     checked = any_study(study)
     given: list[Any] = list(logs) if isinstance(logs, list | tuple) else [logs]
     sources = [path_of(one) if isinstance(one, str | PathLike) else one for one in given]
+    check_logs(sources)
     section = checked.fit
     constant = section.torque_constant
     counts = section.counts_per_turn
