@@ -30,7 +30,7 @@ IMPORTED = [
     "tendon_cli.answers.record",
     "tendon_cli.figures.draw",
     "tendon_cli.figures.answer_figures",
-    "tendon_cli.friction",
+    "tendon_cli.fits.friction",
     "matplotlib.backends.backend_agg",
     "pandas",
     "pyarrow.parquet",
