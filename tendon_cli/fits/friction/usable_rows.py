@@ -57,6 +57,8 @@ _HUM_WIDTH = 3
 """Bins of a spectrum on either side of a hum that are taken out with it."""
 _HUM_SHARE = 0.5
 """Share of the power above the lowest frequency that a hum has: noise is spread over all of it."""
+_HUM_LARGEST = 0.3
+"""Amplitude of a hum over the usual force from which it is no hum: a cell drops out, say."""
 _HUM_ROWS = 400
 """Least number of rows that show a hum."""
 _NOTHING = 1e-20
@@ -323,7 +325,9 @@ def without_hum(cell: Floats) -> tuple[Floats, float]:
     power = np.abs(spectrum) ** 2
     place = first + int(np.argmax(power[first:]))
     hum = slice(max(place - _HUM_WIDTH, first), place + _HUM_WIDTH + 1)
-    if power[hum].sum() < _HUM_SHARE * power[first:].sum() or not power[place]:
+    amplitude = 2.0 * math.sqrt(float(power[hum].sum())) / len(cell)
+    is_line = power[hum].sum() >= _HUM_SHARE * power[first:].sum() > 0.0
+    if not is_line or amplitude > _HUM_LARGEST * float(np.median(np.abs(cell))):
         return cell, 0.0
     spectrum[hum] = 0.0
     return np.fft.irfft(spectrum, len(cell)), place / len(cell)

@@ -23,7 +23,7 @@ from tendon_cli.fits.suit.parameters import (
 )
 from tendon_cli.fits.suit.prediction import groups_of, misfits
 from tendon_cli.fits.suit.remarks import fast_note, gear_note, warnings_of
-from tendon_cli.fits.suit.row_selection import Selection, cut, selected, without_parts
+from tendon_cli.fits.suit.row_selection import Selection, cut, selected
 from tendon_cli.fits.suit.stroke_parts import AGAINST, SLACK, Parts
 from tendon_cli.fits.suit.suit_checks import check_durations, check_log, check_motion, note_on_load
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate, fitted
@@ -80,8 +80,7 @@ def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[SuitEstimate, Se
         is_left_out = is_slack | is_back
         if is_left_out.any() and np.mean(is_left_out) < _MOST_LEFT_OUT:
             of_back = is_back[~is_slack]
-            selection = without_parts(selection, is_slack, SLACK)
-            selection = without_parts(selection, of_back, AGAINST)
+            selection = selection.without(is_slack, SLACK).without(of_back, AGAINST)
             estimate = fitted(model, selection.parts, estimate)
         before = turn
         turn = model.turn(estimate.scores, selection.parts)
