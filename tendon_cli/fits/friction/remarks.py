@@ -20,7 +20,6 @@ from tendon_cli.fits.friction.effects import DELAY, ENTRY, FORCE, OFFSETS, STRIC
 from tendon_cli.fits.friction.estimate import FrictionEstimate, climbing
 from tendon_cli.fits.friction.fit_result import DOUBT, Check, Fit
 from tendon_cli.fits.friction.models import REFUTED
-from tendon_cli.fits.friction.readings import Floats
 from tendon_cli.fits.friction.strokes import disagreement
 from tendon_cli.fits.friction.usable_rows import (
     AT_REST,
@@ -31,6 +30,7 @@ from tendon_cli.fits.friction.usable_rows import (
     UNLOADED,
     Log,
 )
+from tendon_cli.fits.rows import Floats
 from tendon_cli.units import counted, force_factor, shorten
 
 _SHOWN = 0.5

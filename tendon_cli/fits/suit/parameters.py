@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_cli.errors import Fault, StudyError
+from tendon_cli.fits.rows import Floats
 from tendon_cli.fits.suit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE, TENSION_CHANNELS
-from tendon_cli.fits.suit.suit_log import Floats
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.fit_section import BACKLASH

@@ -9,6 +9,7 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.errors import InputError
+from tendon_cli.fits.rows import Mask
 from tendon_cli.fits.suit.stroke_parts import (
     MOST_STROKES,
     REASONS,
@@ -21,7 +22,7 @@ from tendon_cli.fits.suit.stroke_parts import (
     thinned,
     usable,
 )
-from tendon_cli.fits.suit.suit_log import Mask, SuitLog
+from tendon_cli.fits.suit.suit_log import SuitLog
 from tendon_cli.units import counted
 
 _SLID = 3.0

@@ -12,6 +12,7 @@ import numpy as np
 from tendon_cli.errors import InputError
 from tendon_cli.files import path_of
 from tendon_cli.fits.one_thread import one_thread
+from tendon_cli.fits.rows import Floats
 from tendon_cli.fits.suit.fitted_numbers import combinations, fitted_numbers
 from tendon_cli.fits.suit.log_columns import SPOOL_ANGLE, Scaling
 from tendon_cli.fits.suit.parameters import (
@@ -27,7 +28,7 @@ from tendon_cli.fits.suit.row_selection import Selection, cut, selected
 from tendon_cli.fits.suit.stroke_parts import AGAINST, SLACK, Parts
 from tendon_cli.fits.suit.suit_checks import check_durations, check_log, check_motion, note_on_load
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate, fitted
-from tendon_cli.fits.suit.suit_log import Floats, SuitLog, read_logs
+from tendon_cli.fits.suit.suit_log import SuitLog, read_logs
 from tendon_cli.fits.suit.suit_model import SuitModel
 from tendon_cli.fits.suit.suit_result import SuitFit
 from tendon_cli.fits.suit.window import fitted_window
