@@ -48,6 +48,7 @@ ROOMS = {
     "proof": ("proof", "design"),
     "answers": ("design", "limits", "rows", "people"),
     "answer_record.py": ("design",),
+    "typed_record.py": ("design",),
     "checks": ("check",),
     "reports": ("report",),
     "state_page": ("cli/test_state_numbers.py", "cli/test_motor_page.py", "people"),

@@ -1,8 +1,8 @@
-"""Run what pages show as a reader would: write files, type commands, call Python, compare outputs.
+"""Run what pages show as a reader would: write files, type commands, call Python.
 
 A fenced block of a page is one of
 
-    toml, yaml, csv   with a first line `# file: NAME`: the file NAME, as a python block may be, too
+    toml, csv         with a first line `# file: NAME`: the file NAME; toml is a study, and is read
     console           lines that start with `$ ` are typed into a shell; the rest is what they print
     python            run in one session for the whole page
     text              right after a python block: what this prints
@@ -12,18 +12,25 @@ In an expected output `...` stands for anything. Every page runs in a folder of 
 
 import contextlib
 import io
+import math
 import os
 import re
 import shlex
 import subprocess
 import sys
+import tomllib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from unittest import mock
 
+import tendon_cli
 from tendon_cli import cli
 
 FENCE = re.compile(r"^```(\w+)[^\n]*\n(.*?)^```[ \t]*$", re.DOTALL | re.MULTILINE)
+COMMAND = re.compile(r"^\$ ((?:[^\n]*\\\n)*[^\n]*)\n((?:(?!\$ )[^\n]*\n)*)", re.MULTILINE)
+"""A command, which goes on over lines that end in a backslash, and what it prints."""
 SHELL_SIGNS = re.compile(r"[|&;<>$*~`#]")
 QUOTED = re.compile(r"'[^']*'|\"[^\"]*\"")
 FILE_NAME = re.compile(r"# file: (\S+)\n")
@@ -35,59 +42,81 @@ class Block:
 
     kind: str
     text: str
+    start: int
+    """Place of the text in the page."""
     line: int
     follows: bool
     """True if nothing but white space stands between it and the block before."""
 
 
-def blocks(page):
+@dataclass(frozen=True)
+class Output:
+    """An output that a page shows, and what was printed."""
+
+    source: str
+    expected: str
+    printed: str
+    start: int
+    """Place of the expected text in the page."""
+
+    @property
+    def is_as_expected(self) -> bool:
+        """True if it was printed; white space at line ends does not count."""
+        return matches(self.expected, self.printed)
+
+
+def blocks(page: str) -> list[Block]:
     """Return the fenced blocks of a page."""
-    result = []
+    result: list[Block] = []
     end = 0
     for match in FENCE.finditer(page):
         between = page[end : match.start()].strip()
         line = page.count("\n", 0, match.start()) + 1
         follows = bool(result) and not between
-        result.append(Block(match[1], match[2], line, follows))
+        result.append(Block(match[1], match[2], match.start(2), line, follows))
         end = match.end()
     return result
 
 
-def matches(expected, printed):
-    """Return True if a text is as expected.
-
-    `...` stands for anything, and white space at line ends does not count.
-    """
+def matches(expected: str, printed: str) -> bool:
+    """Return True if a text is as expected, where `...` stands for anything."""
     pattern = ".*?".join(re.escape(_stripped(part)) for part in expected.split("..."))
     return re.fullmatch(pattern, _stripped(printed), re.DOTALL) is not None
 
 
-def _stripped(text):
+def _stripped(text: str) -> str:
     return re.sub(r"[ \t]+$", "", text, flags=re.MULTILINE).strip("\n")
 
 
-def run_page(page, folder, without=()):
-    """Run all blocks of a page. Return everything that did not come out as shown.
-
-    Commands of `without` are not typed.
-    """
-    session = {"__name__": "__main__"}
-    faults = []
+def outputs(page: str, folder: Path) -> Iterator[Output]:
+    """Run all blocks of a page in a folder, and yield each output that it shows."""
+    session: dict[str, Any] = {"__name__": "__main__"}
     printed = None  # by the Python block before, until another block comes
-    with contextlib.chdir(folder):
-        for block in blocks(page):
+    for block in blocks(page):
+        with contextlib.chdir(folder):
             write_file(block)
+            if block.kind == "toml":
+                read_study(block)
             if block.kind == "text" and block.follows and printed is not None:
-                faults += compared(block.text, printed, f"line {block.line}: Python")
+                source = f"line {block.line}: Python"
+                yield Output(source, block.text, printed, block.start)
             printed = None
-            if block.kind == "console":
-                faults += run_console(block, without)
-            elif block.kind == "python":
+            if block.kind == "python":
                 printed = run_python(block, session)
-    return faults
+            elif block.kind == "console":
+                yield from run_console(block)
 
 
-def write_file(block):
+def run_page(page: str, folder: Path) -> list[str]:
+    """Run all blocks of a page. Return everything that did not come out as shown."""
+    return [
+        f"{output.source} printed\n{output.printed}\ninstead of\n{output.expected}"
+        for output in outputs(page, folder)
+        if not output.is_as_expected
+    ]
+
+
+def write_file(block: Block) -> None:
     """Write the file that a block names in its first line, if it names one."""
     name = FILE_NAME.match(block.text)
     if name is None:
@@ -99,14 +128,13 @@ def write_file(block):
     Path(name[1]).write_text(content, encoding="utf-8")
 
 
-def compared(expected, printed, source):
-    """Return no fault if a printed text is as expected, otherwise one."""
-    if matches(expected, printed):
-        return []
-    return [f"{source} printed\n{printed}\ninstead of\n{expected}"]
+def read_study(block: Block) -> None:
+    """Read the study that a block is; a fault of it is raised."""
+    name = FILE_NAME.match(block.text)
+    tendon_cli.study(name[1] if name else tomllib.loads(block.text))
 
 
-def run_python(block, session):
+def run_python(block: Block, session: dict[str, Any]) -> str:
     """Run a block in the session of its page. Return all that it prints."""
     out = io.StringIO()
     code = compile(block.text, f"<page, line {block.line}>", "exec")
@@ -115,20 +143,15 @@ def run_python(block, session):
     return out.getvalue()
 
 
-def run_console(block, without=()):
-    """Type the commands of a block; one goes on over lines that end in a backslash."""
-    faults = []
-    for part in re.split(r"^\$ ", block.text, flags=re.MULTILINE)[1:]:
-        command, expected = _split(part)
-        if command in without:
-            continue
-        code, printed = typed(command)
-        source = f"line {block.line}: `{command}` (exit {code})"
-        faults += compared(expected, printed, source)
-    return faults
+def run_console(block: Block) -> Iterator[Output]:
+    """Type the commands of a block, and yield what each prints."""
+    for match in COMMAND.finditer(block.text):
+        code, printed = typed(match[1])
+        source = f"line {block.line}: `{match[1]}` (exit {code})"
+        yield Output(source, match[2], printed, block.start + match.start(2))
 
 
-def typed(command):
+def typed(command: str) -> tuple[Any, str]:
     """Run a command in a shell, or in this process if it is one of tendon alone.
 
     Return its exit code and all that it prints.
@@ -152,6 +175,7 @@ def typed(command):
     err = io.StringIO()
     with (
         mock.patch.dict(os.environ, environment),
+        mock.patch("tendon_cli.terminal._LONGEST_SILENCE", math.inf),  # on a busy machine, too
         contextlib.redirect_stdout(out),
         contextlib.redirect_stderr(err),
     ):
@@ -159,12 +183,4 @@ def typed(command):
             cli.main(shlex.split(line)[1:])
         except SystemExit as end:
             return end.code, out.getvalue() + err.getvalue()
-
-
-def _split(part):
-    """Split a command from the output that is shown below it."""
-    lines = part.split("\n")
-    end = 1
-    while lines[end - 1].endswith("\\"):
-        end += 1
-    return "\n".join(lines[:end]), "\n".join(lines[end:])
+    return 0, out.getvalue() + err.getvalue()
