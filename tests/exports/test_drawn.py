@@ -9,6 +9,8 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.answer_record import as_answer, as_read
+from tendon_cli.reports.report import write_report
+from tests.report.test_page import data_of, item_with, unpacked
 
 DRAWS_USUAL = True
 SUIT = {
@@ -195,6 +197,22 @@ def test_a_drawing_has_on_its_axis_what_the_axis_is_called(answer):
     is_reading = any("in the flexor" in axes.get_ylabel() for axes in figure.axes)
     column = "set_flexor_tension" if is_reading else "pretension"
     assert stars == [pytest.approx(answer.best[column])]
+
+
+def test_a_page_has_the_states_at_the_f0_of_the_choices(answers, tmp_path):
+    answer = answers["suit"]
+    page = write_report(answer.folder, tmp_path / "page.html")
+    groups = data_of(page)["states"]["groups"]
+    group = item_with(groups, "label", "torque, load mass 2 kg")
+    angles = answer.study.angles
+    shown = unpacked(item_with(group["lines"], "label", "motor torque")["array"])
+    shown = shown.reshape(2, 2, len(angles))  # (choices, directions, angles)
+    for choice, row in answer.choices.iterrows():
+        study = suit_of(row, **{"load.mass": 2.0})
+        for direction, flexion in enumerate((True, False)):
+            states = tendon.states(study, angles, flexion)
+            expected = states["motor_torque"]
+            np.testing.assert_allclose(shown[choice, direction], expected, rtol=1e-6)
 
 
 def test_commands_read_an_answer_back(answer, command, workplace, blank_figures):
