@@ -40,9 +40,9 @@ length = { value = "2 m", tolerance = "5 %" }
 STUDIES = {
     "persons": PERSONS,
     "persons times draws": PERSONS.replace("count = 20", "count = 5") + UNCERTAIN,
-    "draws": FEWER_LOADS + "verify = 100\n[uncertainty]\ndraws = 20\n",
+    "draws": FEWER_LOADS + "verify = 100\n[uncertainty]\ndraws = 32\n",
 }
-"""20 choices of 80 and 160 conditions each, the last with usual deviations."""
+"""20 choices of 80 to 160 conditions each, the last with usual deviations."""
 
 DESIGN = ("design", "suit.toml", "--no-figures", "--json")
 
