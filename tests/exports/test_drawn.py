@@ -150,6 +150,12 @@ def test_an_answer_that_is_opened_says_the_same(answer):
     assert data["pretension"].sizes == data["set_flexor_tension"].sizes
 
 
+def test_what_is_drawn_is_not_told_as_exact(answer):
+    kinds = {entry["key"]: entry["kind"] for entry in answer.record["assumed"]}
+    assert [key for key, kind in kinds.items() if kind == "exact"] == []
+    assert {"spool.ratio", "tendon.flexor.length"} <= set(kinds)
+
+
 def test_an_answer_passes_its_gate_and_has_not_moved_from_itself(answer):
     checked = tendon.check(answer.folder)
     assert checked.holds != answer.is_negative
