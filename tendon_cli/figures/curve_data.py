@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.cube.axes import LOAD, TIME
+from tendon_cli.cube.axes import DIRECTION, LOAD, TIME
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel
@@ -16,8 +16,8 @@ from tendon_cli.cube.room import room_to
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.layout import CurvePlan
 from tendon_cli.figures.limit_remarks import crosses_zero, limit_remarks
-from tendon_cli.figures.map_data import (
-    MARGIN,
+from tendon_cli.figures.maps import (
+    OF_MARGIN,
     STIFFNESS,
     limit_text,
     margin_shown,
@@ -39,6 +39,7 @@ _SLACK_STATUSES = {
 }
 _ANY_SLACK = ("flexor slack", "extensor slack", "both slack")
 _STIFFNESS = "elbow_stiffness"
+ZEROS_OF_SPOOL = "Each direction counts the spool angle from its own zero, its pretensioned state."
 _GEOMETRY = ("flexor_moment_arm", "flexor_travel", "extensor_travel", "radius_ratio")
 """Quantities that no tension changes, so that nothing is marked on them."""
 _TENDON_ENDINGS = (
@@ -124,7 +125,7 @@ def curve_data(
         is_kept &= condition.holds(read[condition.column])
     quantities = []
     for name in plan.quantities:
-        is_margin = name == MARGIN
+        is_margin = name == OF_MARGIN
         shown = margin_shown(cube, spec) if is_margin else cube.shown(name, spec.units)
         quantities.append(shown)
     values = np.array(
@@ -156,10 +157,13 @@ def curve_data(
     limits, broken, remarks = _broken_limits(cube, plan, spec, is_known[0])
     is_line = plan.is_joined and not (x and x.names)
     meaning = []
-    if MARGIN in plan.quantities:
+    if OF_MARGIN in plan.quantities:
         meaning.append(meaning_of_margin(cube, has_lines=is_line))
+    has_spool_angle = "spool_angle" in (plan.x_column, *plan.quantities)
+    if has_spool_angle and len(plan.positions.get(DIRECTION, ())) > 1:
+        meaning.append(ZEROS_OF_SPOOL)
     # Negative means slack for a margin and, if tendons push, for their tensions and lengths.
-    endings = (MARGIN, *_TENDON_ENDINGS) if cube.has_pushing_tendons else (MARGIN,)
+    endings = (OF_MARGIN, *_TENDON_ENDINGS) if cube.has_pushing_tendons else (OF_MARGIN,)
     data = CurveData(
         title=spec.title or cube.title,
         study=cube.source,
@@ -246,7 +250,7 @@ def _marks(cube: Cube, read: Mapping[str, ColumnArray], name: str) -> tuple[Trut
         side = next((side for side in _SLACK_STATUSES if name.startswith(side)), "")
         slack = np.isin(read["status"], _SLACK_STATUSES.get(side, _ANY_SLACK))
         any_slack = np.isin(read["status"], _ANY_SLACK)
-    elif "taut" in read and name != MARGIN:
+    elif "taut" in read and name != OF_MARGIN:
         slack = read["taut"] == 0.0
         any_slack = slack
     if _STIFFNESS in read:
@@ -273,7 +277,7 @@ def _broken_limits(
         than the margin are drawn.
     """
     rows = plan.rows(cube)
-    if plan.quantities != (MARGIN,) or spec.overlay:
+    if plan.quantities != (OF_MARGIN,) or spec.overlay:
         return (), np.zeros((0, *rows.shape), dtype=np.bool_), []
     rooms = {}
     for name in cube.limits:
@@ -385,7 +389,7 @@ def _check_leaves_rows(
 
 def _raise_empty(plan: CurvePlan, conditions: Sequence[Condition]) -> None:
     """Raise UsageError because every value to draw is null."""
-    if plan.quantities == (MARGIN,) and not conditions:
+    if plan.quantities == (OF_MARGIN,) and not conditions:
         raise UsageError("no design has a margin, each has elbow angles without equilibrium")
     names = ", ".join(plan.quantities)
     if conditions:

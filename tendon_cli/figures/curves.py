@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.cube.labels import ColumnLabel
 from tendon_cli.figures.backend import Axes, Line2D
 from tendon_cli.figures.curve_data import CurveData, Floats
-from tendon_cli.figures.frame import Page, empty_panels, framed, grid_shape, lowest, settle
+from tendon_cli.figures.frame import Page, fitted, framed, grid_shape, panels_of
 from tendon_cli.figures.motion_marks import (
     band_key,
     draw_band,
@@ -27,10 +26,8 @@ from tendon_cli.figures.style import (
     LIMIT_COLOURS,
     MARKERS,
     PAGE_HEIGHT,
-    broken,
     hatch_key,
     unknown_hatch,
-    wrapped,
 )
 from tendon_cli.studies.filters import Truth
 
@@ -86,7 +83,7 @@ Cell = tuple[int, int]
 
 
 def draw_curves(data: CurveData, width: float, height: float | None) -> list[Page]:
-    """Draw curves on one page, or if that takes too many panels, each of `data.panels` on its own.
+    """Draw curves, a panel for each quantity and value of the axis of panels, page by page.
 
     Args:
         data: The lines.
@@ -95,75 +92,52 @@ def draw_curves(data: CurveData, width: float, height: float | None) -> list[Pag
     """
     quantities, panels = data.values.shape[:2]
     cells = list(np.ndindex(quantities, panels))
-    if _has_columns(data) and len(cells) > _MOST_CELLS:
+    if len(cells) <= _MOST_CELLS or panels == 1:
+        columns = grid_shape(len(cells))[1] if quantities == 1 else 2
+        if quantities > 1 and panels > 1:
+            columns = panels
+        pages = [(cells, columns)]
+    elif quantities == 1:
+        pages = [(cells[start : start + _MOST_CELLS], 3) for start in range(0, panels, _MOST_CELLS)]
+    else:  # as many panels side by side as fit, with their quantities below each other
+        in_row = max(1, min(_MOST_IN_ROW, _MOST_CELLS // quantities))
         pages = []
-        for start in range(0, panels, _MOST_IN_ROW):
-            seen = range(start, min(panels, start + _MOST_IN_ROW))
+        for start in range(0, panels, in_row):
+            seen = range(start, min(panels, start + in_row))
             of_page = [(quantity, panel) for quantity in range(quantities) for panel in seen]
-            pages.append(_page(data, of_page, len(seen), "", width, height))
-        return pages
-    if quantities > 1 and panels > 1 and len(cells) > _MOST_CELLS:
-        pages = []
-        for panel, name in enumerate(data.panels):
-            of_panel = [(quantity, panel) for quantity in range(quantities)]
-            pages.append(_page(data, of_panel, 2, name, width, height))
-        return pages
-    if quantities == 1:
-        _, columns = grid_shape(len(cells))
-    elif panels > 1:
-        columns = panels
-    else:
-        columns = 2
-    return [_page(data, cells, columns, "", width, height)]
-
-
-def _has_columns(data: CurveData) -> bool:
-    """Return True if panels stand side by side, with few quantities below each other."""
-    quantities, panels = data.values.shape[:2]
-    is_few = bool(1 < quantities <= _MOST_CELLS // _MOST_IN_ROW)
-    return is_few and bool(panels > 1)
+            pages.append((of_page, len(seen)))
+    return [_page(data, of_page, columns, width, height) for of_page, columns in pages]
 
 
 def _page(
-    data: CurveData,
-    cells: Sequence[Cell],
-    columns: int,
-    subtitle: str,
-    width: float,
-    height: float | None,
+    data: CurveData, cells: Sequence[Cell], columns: int, width: float, height: float | None
 ) -> Page:
     """Draw a page of panels in so many columns, or in one if it is as narrow as a text column."""
     if width <= COLUMN_WIDTH:
         columns = 1
     rows = -(-len(cells) // columns)
-    panel_width = (width - 16.0) / columns
-    usual = min(PAGE_HEIGHT, rows * min(0.62 * panel_width + 6.0, 70.0) + 8.0)
-    page = framed(
-        data.title,
-        usual,
-        _key(data, cells),
-        data.notes,
-        width=width,
-        height=height,
-        subtitle=subtitle,
-        study=data.study,
-    )
-    grid = empty_panels(page, rows, columns, len(cells), sharex=True)
-    for cell, axes in zip(cells, grid.flat, strict=False):
+    panel_width = (width - 6.0) / columns - 10.0
+    usual = min(PAGE_HEIGHT, rows * min(0.62 * panel_width + 14.0, 70.0) + 8.0)
+    key = _key(data, cells)
+    size: dict[str, Any] = {"width": width, "height": height, "study": data.study}
+    page = framed(data.title, usual, key, data.notes, **size)
+    axes_of = panels_of(page, rows, columns, len(cells), sharex=True)
+    for place, (cell, axes) in enumerate(zip(cells, axes_of, strict=True)):
         _draw_lines(axes, data, cell)
-        axes.set_title(wrapped(_title(data, cell), int(panel_width / 1.7)))
-    for axes in lowest(grid, len(cells)):
-        axes.set_xlabel(broken(data.x_label, int(panel_width / 1.5)))
-    shares_left = _share_y(grid, data, cells, columns)
-    label_width = int(0.8 * page.inner / rows / 1.5)
-    for axes, (quantity, _), is_shared in zip(grid.flat, cells, shares_left, strict=False):
+        axes.set_title(fitted(_title(data, cell), panel_width), y=1.0)
+        if place >= len(cells) - columns:
+            axes.set_xlabel(fitted(data.x_label, panel_width))
+    shares_left = _share_y(axes_of, data, cells, columns)
+    panel_height = page.inner / rows - 12.0
+    for axes, (quantity, _), is_shared in zip(axes_of, cells, shares_left, strict=True):
         _fit_y_axis(axes)
         if not is_shared:
-            axes.set_ylabel(_y_label(data, data.quantities[quantity], label_width))
+            shown = data.quantities[quantity]
+            label = shown.label if len(data.quantities) == 1 else shown.short_label
+            axes.set_ylabel(fitted(label, max(panel_height, 15.0)))
     if data.is_slack_below_zero and _is_seen_below_zero(data, cells):
-        for axes in grid.flat[: len(cells)]:
+        for axes in axes_of:
             _shade_slack(axes)
-    settle(page, grid)
     return page
 
 
@@ -381,19 +355,18 @@ def _motion_key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
 
 def _title(data: CurveData, cell: Cell) -> str:
     """Return the title of a panel: its quantity and its value, if these differ on the page."""
-    quantities, panels = data.values.shape[:2]
     quantity, panel = cell
-    is_crowded = quantities > 1 and quantities * panels > _MOST_CELLS
-    is_page_per_panel = is_crowded and not _has_columns(data)
     texts = []
-    if quantities > 1:
+    if len(data.quantities) > 1:
         texts.append(data.quantities[quantity].titled)
-    if data.panels and not is_page_per_panel:
+    if data.panels:
         texts.append(data.panels[panel])
     return ", ".join(texts)
 
 
-def _share_y(grid: Any, data: CurveData, cells: Sequence[Cell], columns: int) -> list[bool]:
+def _share_y(
+    grid: Sequence[Axes], data: CurveData, cells: Sequence[Cell], columns: int
+) -> list[bool]:
     """Let panels share y if they show one quantity, or in a row one unit and similar sizes.
 
     Returns:
@@ -403,14 +376,14 @@ def _share_y(grid: Any, data: CurveData, cells: Sequence[Cell], columns: int) ->
     sizes = [float(np.nanmax(np.abs(data.values[cell]), initial=0.0)) for cell in cells]
     units = [data.quantities[quantity].kind_shown for quantity, _ in cells]
     shares_left = []
-    for place, axes in enumerate(grid.flat[: len(cells)]):
+    for place, axes in enumerate(grid):
         row_start = place - place % columns
         first = 0 if is_one else row_start
         small, large = sorted((sizes[first], sizes[place]))
         is_alike = is_one or large <= _MOST_UNLIKE * small
         is_same = units[first] == units[place] and is_alike
         if is_same and place != first:
-            axes.sharey(grid.flat[first])
+            axes.sharey(grid[first])
         is_shared = is_same and place != row_start
         axes.tick_params(labelleft=not is_shared)
         shares_left.append(is_shared)
@@ -425,12 +398,6 @@ def _fit_y_axis(axes: Axes) -> None:
     low, high = axes.get_ylim()
     if low < 0.0 < high:
         axes.axhline(0.0, color=INK, linewidth=0.5, zorder=1.2)
-
-
-def _y_label(data: CurveData, quantity: ColumnLabel, width: int) -> str:
-    """Return the label of a y axis; a short one if each panel already names its quantity."""
-    label = quantity.label if len(data.quantities) == 1 else quantity.short_label
-    return broken(label, width)
 
 
 def _shade_slack(axes: Axes) -> None:

@@ -264,7 +264,6 @@ def _draw_windows(
     )
     axes.vlines(place[without], end[without], begin[without], colors=FAINT, linewidth=thin)
     if np.isfinite(band).all():
-        axes.axhspan(*band, color="white", alpha=0.4, linewidth=0.0, zorder=3)
         for bound in band:
             axes.axhline(bound, zorder=4, **_LIMIT)
     if np.isfinite(pretension):
