@@ -133,7 +133,7 @@ def draw_tolerance(
     faults = np.where(has_window, read.get("advice", np.full(low.shape, "", dtype=object)), "")
     areas = [*_areas(reasons, _PALE, _HATCHES), *_areas(faults, ("none",), _FAULT_HATCHES)]
     label = f"inside the line: {settable_label(record)}"
-    border = Border(label, np.where(settable, -1.0, 1.0), INK, 1.6, has_ticks=False)
+    border = Border("settable", label, np.where(settable, -1.0, 1.0), INK, 1.6, has_ticks=False)
     part = Slice(
         grid.x,
         grid.y,
@@ -222,7 +222,7 @@ def _areas(kinds: ColumnArray, colours: Sequence[str], hatches: Sequence[str]) -
             "hatch": hatches[min(place, len(hatches) - 1)],
             "edgecolor": "#8a8a8a" if len(colours) > 1 else INK,
         }
-        areas.append(Area(kind, style, np.asarray(kinds == kind)))
+        areas.append(Area(kind, kind, style, np.asarray(kinds == kind)))
     return areas
 
 

@@ -293,8 +293,7 @@ def _draw_pages(cube: Cube, spec: FigureSpec) -> list[Page]:
 
         pages = draw_maps(cube, plan, chosen, spec, width, height)
     else:
-        from tendon_cli.figures.curve_data import curve_data
-        from tendon_cli.figures.curves import draw_curves
+        from tendon_cli.figures.curves import curve_data, draw_curves
 
         pages = draw_curves(curve_data(cube, plan, conditions, spec), width, height)
     if height is not None:

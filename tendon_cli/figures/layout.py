@@ -6,6 +6,7 @@ out.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -27,10 +28,9 @@ from tendon_cli.space.axis import (
 from tendon_cli.studies.figures import MOST_QUANTITIES, OF_STATES, FigureSpec
 from tendon_cli.studies.study import keys
 
-MOST_COLOURS = 6
-MOST_PANELS = 24
-MOST_PANELS_UNASKED = 4
-"""Largest number of panels of curves if the user names no axis for them."""
+MOST_COLOURS = 12
+MOST_PANELS = 48
+"""Largest number of panels of curves, on several pages."""
 POINTS = 1000
 """Largest number of points of a line."""
 MARKS = 10_000
@@ -115,30 +115,30 @@ class CurvePlan:
     colour: Axis | None
     dash: Axis | None
     """The direction of motion, unless it plays another part."""
-    panels: Axis | None
+    panels: tuple[Axis, ...]
+    """Axes whose values have a panel for each combination."""
     positions: Mapping[str, Rows]
     """Positions drawn of each axis, by its column."""
     notes: tuple[str, ...]
 
     @property
-    def is_joined(self) -> bool:
-        """True if points next to each other on x may be joined by a line; not those of names."""
-        return not self.x.is_text
-
-    @property
-    def parts(self) -> tuple[Axis | None, ...]:
-        """Panels, colour, dashes, x: the order of the values' dimensions."""
-        return self.panels, self.colour, self.dash, self.x
+    def axes(self) -> list[Axis]:
+        """Axes that have a part."""
+        return [axis for axis in (*self.panels, self.colour, self.dash, self.x) if axis is not None]
 
     def rows(self, cube: Cube) -> Rows:
         """Return the rows of all lines (panels, colours, dashes, x)."""
-        order = [axis.column for axis in self.parts if axis is not None]
-        shape = [1 if axis is None else len(self.positions[axis.column]) for axis in self.parts]
-        return cube.rows(order, self.positions).reshape(shape)
+        ends = (self.colour, self.dash, self.x)
+        shape = [1 if axis is None else len(self.positions[axis.column]) for axis in ends]
+        order = [axis.column for axis in self.axes]
+        return cube.rows(order, self.positions).reshape(-1, *shape)
 
 
 def plan_curves(cube: Cube, chosen: Mapping[str, Rows], spec: FigureSpec) -> CurvePlan:
     """Give each axis its part in a figure of curves.
+
+    A figure of one quantity has panels for all axes without another part; of several quantities
+    only one axis, or the rows of a table, has panels.
 
     Args:
         cube: The table.
@@ -151,41 +151,40 @@ def plan_curves(cube: Cube, chosen: Mapping[str, Rows], spec: FigureSpec) -> Cur
     quantities = _quantities(cube, spec)
     long = [axis for axis in cube.axes if len(chosen[axis.column]) > 1]
     colour = _named_axis(cube, spec.colour, "--colour")
-    panels = _named_axis(cube, spec.panels, "--panels")
-    x_column, x = _along_x(cube, spec, [axis for axis in long if axis not in (colour, panels)])
+    named = _named_axis(cube, spec.panels, "--panels")
+    x_column, x = _along_x(cube, spec, [axis for axis in long if axis not in (colour, named)])
     free = [axis for axis in long if axis is not x]
-    if spec.overlay:
-        colour = None
-        panels = panels or _usual_panels(free)
-    else:
-        colour = colour or _usual_colour(free, panels)
-    directions = [axis for axis in free if axis.column == DIRECTION]
-    dash = next((axis for axis in directions if axis not in (colour, panels)), None)
-    if panels is None:
-        others = [axis for axis in free if axis not in (colour, dash)]
-        rows = next((axis for axis in others if _are_few_rows(axis, chosen)), None)
-        if rows is not None:
-            panels = rows
-            quantities = _quantities(cube, spec, is_by_row=True)
-        elif len(quantities) == 1 and others:
-            panels = others[0]
-    parts = [axis for axis in (x, colour, dash, panels) if axis is not None]
+    if not spec.overlay:
+        colour = colour or _usual_colour(free, named)
+    elif named is None:
+        named = _usual_colour([axis for axis in free if axis.column != ANGLE], None)
+    parts = [axis for axis in (x, colour, named) if axis is not None]
     if len(set(parts)) < len(parts):
         raise UsageError(
             "one axis cannot have two roles", hint="x, colour and panels name different axes"
         )
-    most_panels = MOST_PANELS_UNASKED
-    if (len(quantities) == 1 and spec.panels) or (panels and _are_few_rows(panels, chosen)):
-        most_panels = MOST_PANELS
-    most_points = MARKS if x.is_text else POINTS
-    most = {x: most_points, colour: MOST_COLOURS, dash: 2, panels: most_panels}
+    dash = next((axis for axis in free if axis.column == DIRECTION and axis not in parts), None)
+    others = [axis for axis in free if axis not in (*parts, dash)]
+    rows = [axis for axis in others if is_of_rows(axis) and len(chosen[axis.column]) <= MOST_NAMES]
+    panels = [axis for axis in (named,) if axis is not None]
+    if len(quantities) == 1 or spec.overlay:
+        panels += others
+    elif rows and named is None:
+        panels = rows[:1]
+        quantities = _quantities(cube, spec, is_by_row=True)
+    counts = [len(chosen[axis.column]) for axis in panels]
+    most = {x: MARKS if x.is_text else POINTS, colour: MOST_COLOURS, dash: 2}
+    most |= dict(zip(panels, fewer(counts, MOST_PANELS), strict=True))
     positions, notes = thin_out(cube, chosen, most)
-    return CurvePlan(quantities, x_column, x, colour, dash, panels, positions, notes)
+    return CurvePlan(quantities, x_column, x, colour, dash, tuple(panels), positions, notes)
 
 
-def _are_few_rows(axis: Axis, chosen: Mapping[str, Rows]) -> bool:
-    """Return True for an axis of rows of a table that are all drawn, a panel each."""
-    return is_of_rows(axis) and len(chosen[axis.column]) <= MOST_PANELS
+def fewer(counts: list[int], most: int) -> list[int]:
+    """Lower the largest of some counts until their product is at most `most`."""
+    left = list(counts)
+    while math.prod(left) > most:
+        left[left.index(max(left))] -= 1
+    return left
 
 
 def _quantities(cube: Cube, spec: FigureSpec, *, is_by_row: bool = False) -> tuple[str, ...]:
@@ -255,11 +254,6 @@ def _usual_colour(free: list[Axis], panels: Axis | None) -> Axis | None:
     open_axes.sort(key=_is_limit)
     first = open_axes[0] if open_axes else None
     return next((axis for axis in open_axes if axis.column == LOAD), first)
-
-
-def _usual_panels(free: list[Axis]) -> Axis | None:
-    """Select the axis of the panels: the load, or else the first but angle and direction."""
-    return _usual_colour([axis for axis in free if axis.column != ANGLE], None)
 
 
 def thin_out(

@@ -157,19 +157,20 @@ def _slice(
     areas: list[Area] = []
     if is_margin and has_outcomes:
         others = (values < 0.0) & is_flexor_slack(read)
-        areas.append(Area(FLEXOR_SLACK.label, _FLEXOR, others))
+        areas.append(Area("flexor slack", FLEXOR_SLACK.label, _FLEXOR, others))
     least = _bound_text(cube, spec, STIFFNESS)
     unstable = f"unstable: elbow stiffness below {least} at some angle"
-    areas.append(Area(unstable, _UNSTABLE, rooms[STIFFNESS] < 0.0, rooms[STIFFNESS]))
+    areas.append(Area("unstable", unstable, _UNSTABLE, rooms[STIFFNESS] < 0.0, rooms[STIFFNESS]))
     has_lines = not (grid.x.names or grid.y.names)
     borders = []
     for place, (limit, room) in enumerate(rooms.items()):
         text = limit_text(cube, spec, limit)
         label = text if has_lines else f"inside breaks {text}"
         if limit != STIFFNESS or has_lines:
-            borders.append(Border(label, room, _limit_colour(place)))
+            borders.append(Border(limit, label, room, _limit_colour(place)))
     if is_margin and has_lines:
-        borders.append(Border("margin = 0, ticks on the slack side", values, INK, 1.2))
+        label = "margin = 0, ticks on the slack side"
+        borders.append(Border("boundary", label, values, INK, 1.2))
     texts: tuple[npt.NDArray[Any], ...] = ()
     if has_outcomes and not has_lines:
         texts = _texts(values, outcomes(read))

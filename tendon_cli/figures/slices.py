@@ -7,7 +7,6 @@ their cells are hatched and outlined whole; between the values of a range limits
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -28,7 +27,7 @@ from tendon_cli.figures.backend import (
     withStroke,
 )
 from tendon_cli.figures.frame import Page, fitted, grid_shape, label_panels, panels_of, text_width
-from tendon_cli.figures.layout import thin_out
+from tendon_cli.figures.layout import fewer, thin_out
 from tendon_cli.figures.scales import Scale, axis_scale, value_texts
 from tendon_cli.figures.style import INK, PAGE_HEIGHT, STAR, hatch_key, unknown_hatch
 from tendon_cli.model.kinematics import Rows
@@ -71,6 +70,7 @@ class Area:
     Arrays are of shape (panels, y, x).
     """
 
+    name: str
     label: str
     style: Mapping[str, Any]
     holds: Flags
@@ -81,6 +81,7 @@ class Area:
 class Border:
     """A limit: a line where its room is zero, or around the cells that break it."""
 
+    name: str
     label: str
     room: Floats
     """Room that the limit leaves, negative where it is broken, (panels, y, x)."""
@@ -223,9 +224,7 @@ def grid_of(
     others.sort(key=lambda axis: axis.column != LOAD)
     rows_of_page, columns = _most_panels(width)
     counts = [len(chosen[axis.column]) for axis in others]
-    while math.prod(counts) > MOST_PAGES * rows_of_page * columns:
-        longest = counts.index(max(counts))
-        counts[longest] -= 1
+    counts = fewer(counts, MOST_PAGES * rows_of_page * columns)
     most = dict.fromkeys(axes, _MOST_CELLS) | dict(zip(others, counts, strict=True))
     positions, notes = thin_out(cube, chosen, most)
     units = units or {}
@@ -345,7 +344,7 @@ def _draw_area(axes: Axes, part: Slice, area: Area, panel: int) -> None:
         hatched = axes.contourf(
             *places, levels=[-np.inf, 0.0], colors="none", hatches=[style["hatch"]]
         )
-        hatched.set(gid=area.label, edgecolor=style["edgecolor"], linewidth=0.0)
+        hatched.set(gid=area.name, edgecolor=style["edgecolor"], linewidth=0.0)
         return
     x = part.x.edges
     y = part.y.edges
@@ -355,7 +354,7 @@ def _draw_area(axes: Axes, part: Slice, area: Area, panel: int) -> None:
     up = np.stack([low, low, high, high, low], axis=1)
     corners = np.stack([across, up], axis=-1).reshape(-1, 2)
     codes = np.tile([Outline.MOVETO, *[Outline.LINETO] * 3, Outline.CLOSEPOLY], len(rows))
-    axes.add_patch(PathPatch(Outline(corners, codes), gid=area.label, **style))
+    axes.add_patch(PathPatch(Outline(corners, codes), gid=area.name, **style))
 
 
 def _line_style(border: Border) -> dict[str, Any]:
@@ -371,13 +370,13 @@ def _draw_border(axes: Axes, part: Slice, border: Border, panel: int) -> None:
         effects = [_HALO, *style.get("path_effects", ())]
         places = _to_edges(part.x, part.y, room)
         drawn = axes.contour(*places, levels=[0.0], colors=border.colour, linewidths=border.width)
-        drawn.set(path_effects=effects, gid=border.label)
+        drawn.set(path_effects=effects, gid=border.name)
         return
     ends = _outline(part.x.edges, part.y.edges, room < 0.0)
     codes = np.tile([Outline.MOVETO, Outline.LINETO], len(ends))
     outline = Outline(ends.reshape(-1, 2), codes)
     style["edgecolor"] = style.pop("color")
-    patch = PathPatch(outline, fill=False, gid=border.label, zorder=4, clip_on=False, **style)
+    patch = PathPatch(outline, fill=False, gid=border.name, zorder=4, clip_on=False, **style)
     patch.set_in_layout(False)
     axes.add_patch(patch)
 

@@ -19,7 +19,7 @@ from tendon_cli import say
 from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import Axes, Line2D
-from tendon_cli.figures.curve_data import ZEROS_OF_SPOOL
+from tendon_cli.figures.curves import ZEROS_OF_SPOOL
 from tendon_cli.figures.frame import framed, source_of_study
 from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, format_of, house_style
