@@ -7,9 +7,11 @@ out.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
+
+import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, TIME
@@ -168,7 +170,7 @@ def plan_curves(cube: Cube, chosen: Mapping[str, Rows], spec: FigureSpec) -> Cur
     rows = [axis for axis in others if is_of_rows(axis) and len(chosen[axis.column]) <= MOST_NAMES]
     panels = [axis for axis in (named,) if axis is not None]
     if len(quantities) == 1 or spec.overlay:
-        panels += others
+        panels += [axis for axis in others if axis.column not in (ANGLE, TIME)]
     elif rows and named is None:
         panels = rows[:1]
         quantities = _quantities(cube, spec, is_by_row=True)
@@ -318,7 +320,8 @@ def map_axes(
 ) -> tuple[Axis, Axis] | None:
     """Select the axes of a map: those asked for, or else the two of the most values.
 
-    Of equally long ones those next to each other in the study belong together.
+    Of equally long ones those next to each other in the study belong together. Names stand up,
+    where they are read without turning.
 
     Args:
         cube: The table.
@@ -330,6 +333,7 @@ def map_axes(
         The axes across and up; None if fewer than two have several values.
     """
     long = [axis for axis in cube.axes if len(chosen[axis.column]) > 1 or axis in (x, y)]
+    is_asked = x is not None
     weights = {axis: weight(axis, len(chosen[axis.column])) for axis in long}
     places = {axis: place for place, axis in enumerate(long)}
     if x is None:
@@ -339,9 +343,39 @@ def map_axes(
     if y is None and x is not None and others:
         here = places[x]
         y = max(others, key=lambda axis: (weights[axis], -abs(places[axis] - here)))
+        if x.is_text and not (y.is_text or is_asked):
+            x, y = y, x
     return None if x is None or y is None or x is y else (x, y)
 
 
 def _is_limit(axis: Axis) -> bool:
     """Return True for an axis of a limit, along which no state and so no margin changes."""
     return limit_of(axis.key) is not None
+
+
+def group_equal(
+    arrays: Sequence[npt.NDArray[Any]], titles: Sequence[str]
+) -> list[tuple[int, list[str]]]:
+    """Group panels in which all arrays (panels, ...) are equal.
+
+    Returns:
+        The first panel of each group, and the titles of all its panels.
+    """
+    groups: dict[bytes, tuple[int, list[str]]] = {}
+    for panel, title in enumerate(titles):
+        picture = b"".join(values[panel].tobytes() for values in arrays)
+        groups.setdefault(picture, (panel, []))[1].append(title)
+    return list(groups.values())
+
+
+def joined_titles(groups: Sequence[tuple[int, list[str]]]) -> tuple[list[str], list[str]]:
+    """Return the titles of groups of equal panels, and sentences that name all panels of each.
+
+    Of three or more panels the title names only the first.
+    """
+    titles = [
+        ", ".join(names) if len(names) < 3 else f"{names[0]} and {len(names) - 1} others"
+        for _, names in groups
+    ]
+    notes = [f"The same picture for {', '.join(names)}." for _, names in groups if len(names) > 1]
+    return titles, notes

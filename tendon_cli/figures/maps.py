@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -25,6 +25,7 @@ from tendon_cli.cube.room import bounded_column, is_default, sign_of
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import TwoSlopeNorm, mpl
 from tendon_cli.figures.frame import Page, framed
+from tendon_cli.figures.layout import group_equal, joined_titles
 from tendon_cli.figures.limit_remarks import crosses_zero, limit_remarks
 from tendon_cli.figures.scales import caption
 from tendon_cli.figures.slices import (
@@ -90,16 +91,15 @@ def draw_maps(
     limits = dict.fromkeys((STIFFNESS, *cube.limits))
     rooms = {limit: cube.room(limit, grid.rows) for limit in limits}
     whole = _slice(cube, spec, grid, name, read, rooms)
-    pictures = _group_pictures(whole.values, rooms, grid.titles)
-    firsts = [panels[0] for panels, _ in pictures]
+    groups = group_equal([whole.values, *rooms.values()], grid.titles)
+    firsts = [first for first, _ in groups]
     part = whole.at(firsts)
     rooms = {limit: room[firsts] for limit, room in rooms.items()}
-    titles = [_join_titles(titles) for _, titles in pictures]
+    titles, repeated = joined_titles(groups)
     lines, fixed = caption(cube, spec, read, varied=[axis.column for axis in axes])
     if titles == [""]:
         titles = [next((text for text in fixed if text.endswith(" load")), "")]
     part = replace(part, titles=tuple(titles))
-    repeated = [f"The same picture for {', '.join(all_)}." for _, all_ in pictures if len(all_) > 1]
     meaning = [meaning_of_margin(cube, has_lines=part.has_lines)] if name == OF_MARGIN else []
     notes = [*_both_notes(part), *meaning, *lines, *grid.notes, *repeated]
     pages = []
@@ -286,24 +286,6 @@ def _remarks(
             limits[limit] = limit_text(cube, spec, limit)
     pieces = {limit: list(rooms[limit]) for limit in limits}
     return [*remarks, *limit_remarks(limits, pieces, titles)]
-
-
-def _group_pictures(
-    margins: Floats, rooms: Mapping[str, Floats], titles: Sequence[str]
-) -> list[tuple[list[int], list[str]]]:
-    """Group the panels that show the same picture. Return the indices and titles of each group."""
-    groups: dict[bytes, tuple[list[int], list[str]]] = {}
-    for panel, title in enumerate(titles):
-        picture = b"".join(values[panel].tobytes() for values in (margins, *rooms.values()))
-        panels, names = groups.setdefault(picture, ([], []))
-        panels.append(panel)
-        names.append(title)
-    return list(groups.values())
-
-
-def _join_titles(titles: list[str]) -> str:
-    """Join the titles of panels that are one picture; of three or more only the first is named."""
-    return ", ".join(titles) if len(titles) < 3 else f"{titles[0]} and {len(titles) - 1} others"
 
 
 def limit_text(cube: Cube, spec: FigureSpec, name: str) -> str:

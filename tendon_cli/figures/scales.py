@@ -6,7 +6,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Any, Literal
 
@@ -68,12 +68,9 @@ class Scale:
         edges = np.concatenate(([first], middles, [last]))
         return np.exp(edges) if self.is_log else edges
 
-    def place_of(self, value: float | str) -> float:
-        """Return the coordinate of a value: a name, or a number in the unit shown."""
-        if not self.names:
-            return float(value)
-        name = value if isinstance(value, str) else number(value)
-        return float(self.names.index(name))
+    def reversed(self) -> Scale:
+        """Return a scale of names in the opposite order."""
+        return replace(self, order=self.order[::-1], names=self.names[::-1])
 
     def apply(
         self, axes: Axes, which: Literal["x", "y"], room: float = 60.0, *, cells: bool = False
@@ -303,7 +300,5 @@ def value_texts(cube: Cube, axis: Axis, at: Rows, units: Mapping[str, str]) -> l
     """Return the values at some positions of an axis, as a title or a key names them."""
     values = axis.values[at]
     if axis.is_text:
-        # A legend leaves out what starts with an underscore.
-        texts = [drawn_name(axis, str(value), units) for value in values]
-        return [f" {text}" if text.startswith("_") else text for text in texts]
+        return [drawn_name(axis, str(value), units) for value in values]
     return [cube.shown(axis.column, units).equation(float(value)) for value in values]

@@ -231,6 +231,8 @@ def grid_of(
     scales = [
         axis_scale(cube, axis, positions[axis.column], units, has_cells=True) for axis in axes
     ]
+    if axes[1].is_text:
+        scales[1] = scales[1].reversed()  # the first row of a table is the top one
     order = [axis.column for axis in (*reversed(others), axes[1], axes[0])]
     rows = cube.rows(order, positions)
     rows = rows.reshape(-1, *rows.shape[-2:])[:, scales[1].order][..., scales[0].order]
