@@ -192,14 +192,18 @@ PlotTableOption = Annotated[str | None, options.option("states|designs", "table 
 QuantityOption = Annotated[
     list[str] | None,
     options.option(
-        "COLUMN", "column to draw; repeatable", "--quantity", "-y", completer=completion.columns
+        "COLUMN",
+        "column to draw, or the axis up of a map; repeatable",
+        "--quantity",
+        "-y", completer=completion.columns
     ),
 ]
 AcrossOption = Annotated[
     str | None,
     options.option(
         "COLUMN",
-        "column along the horizontal axis; for an answer a limit, such as limits.max_tension",
+        "column along the horizontal axis; for an answer a limit, such as limits.max_tension, or with "
+        "-y an axis",
         "--x",
         "-x",
         completer=completion.columns,

@@ -204,13 +204,12 @@ def _pages(
 
 
 def _star_at(grid: Grid, chosen: ChoiceRecord) -> tuple[int, float, float] | None:
-    """Return where the choice named first stands: its panel, and the upper part of its cell."""
+    """Return where the choice named first stands: its panel, and its place there."""
     places = np.argwhere(grid.rows == chosen["choice"])
     if not chosen["feasible"] or not len(places):
         return None
     panel, row, column = (int(place) for place in places[0])
-    low, high = grid.y.edges[row : row + 2]
-    return panel, float(grid.x.edges[column : column + 2].mean()), low + 0.7 * (high - low)
+    return panel, float(grid.x.places[column]), float(grid.y.places[row])
 
 
 def _areas(kinds: ColumnArray, colours: Sequence[str], hatches: Sequence[str]) -> list[Area]:

@@ -450,9 +450,10 @@ def _write(axes: Axes, part: Slice, panel: int, texts: npt.NDArray[Any], height:
         words: Any = texts[row, column]
         if (row, column) == starred:
             shorter = [words, *(form[panel, row, column] for form in part.texts)]
-            fits = (height - _STAR_HEIGHT) / _TEXT_HEIGHT
-            words = next((form for form in shorter if form.count("\n") < int(fits)), "")
-            up = low + 0.24 * (high - low)
+            room = (height - _STAR_HEIGHT) / 2.0  # below the star, mm
+            fits = int(room / _TEXT_HEIGHT)
+            words = next((form for form in shorter if form.count("\n") < fits), "")
+            up = low + room / 2.0 / height * (high - low)
         colours = ("white", INK) if is_dark[row, column] else (INK, "white")
         text = axes.text(across, up, words, color=colours[0], **style)
         if is_hatched[row, column]:

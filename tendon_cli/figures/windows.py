@@ -404,11 +404,14 @@ def draw_trade_off(
     axis = cube.axis(trade_off["column"])
     if axis is None or not any(trade_off["best"]):
         raise UsageError("no choice has a window, whichever limit is taken", where="--x")
-    shown = axis
+    scale = axis_scale(cube, axis, slice(None), {}, has_cells=True)
     if column != axis.column:
         _, of_rows = cube.columns_of_names[column]
-        shown = axis if np.isnan(of_rows.values).any() else of_rows
-    scale = axis_scale(cube, shown, slice(None), {}, has_cells=shown is axis)
+        if not np.isnan(of_rows.values).any():  # rows in the order of the limit that they set
+            limit = cube.shown(of_rows.column)
+            order = np.argsort(of_rows.values, kind="stable")
+            names = [f"{limit.text(of_rows.values[row])} ({axis.names[row]})" for row in order]
+            scale = Scale(limit.titled, scale.places, order, names=tuple(names))
     choices = [trade_off["best"][place] for place in scale.order.tolist()]
     others = ["" if choice is None else _others(cube, axis, choice) for choice in choices]
     different = list(dict.fromkeys(filter(None, others)))
