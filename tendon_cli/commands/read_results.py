@@ -195,15 +195,15 @@ QuantityOption = Annotated[
         "COLUMN",
         "column to draw, or the axis up of a map; repeatable",
         "--quantity",
-        "-y", completer=completion.columns
+        "-y",
+        completer=completion.columns,
     ),
 ]
 AcrossOption = Annotated[
     str | None,
     options.option(
         "COLUMN",
-        "column along the horizontal axis; for an answer a limit, such as limits.max_tension, or with "
-        "-y an axis",
+        "column along the horizontal axis; for an answer a limit, such as limits.max_tension",
         "--x",
         "-x",
         completer=completion.columns,

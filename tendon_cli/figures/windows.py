@@ -25,7 +25,7 @@ from tendon_cli.cube.choice_grid import (
 )
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.labels import plain, reading_unit
+from tendon_cli.cube.labels import number, plain, reading_unit
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.answer_page import (
     answer_page,
@@ -44,13 +44,11 @@ from tendon_cli.figures.style import (
     FAINT,
     INK,
     NO_WINDOW,
-    OKABE_ITO,
     PAGE_WIDTH,
     STAR,
     WHOLE,
     WINDOW,
     Colour,
-    hatch_key,
     limit_colours,
 )
 from tendon_cli.model.kinematics import Rows
@@ -65,8 +63,6 @@ _SINGLE_MARKERS = 400
 """Points up to which each is drawn large."""
 _MOST_KINDS = 7
 """Largest number of reasons with a colour of their own."""
-_MOST_COLOURS = 6
-"""Most choices of a trade-off that differ in colour."""
 _OTHERS = "other reasons"
 _ROOM = 1.15
 """Height of a panel over its largest value, as a factor."""
@@ -129,7 +125,8 @@ def draw_panel(
     is_gap = ~is_window & ~np.isnan(low)
     for holds, fill in ((is_window, WINDOW), (is_gap, NO_WINDOW)):
         if scale.names:
-            panel.vlines(x[holds], low[holds], roof[holds], color=fill, linewidth=6.0)
+            ends = (low[holds], roof[holds])
+            panel.vlines(x[holds], *ends, color=fill, linewidth=6.0, gid="windows")
         elif holds.any():
             where = holds.tolist()
             panel.fill_between(x, low, roof, where=where, facecolor=fill, interpolate=True)
@@ -164,7 +161,11 @@ def _top(windows: Windows, most: float) -> float:
 
 
 def window_key(
-    parts: Sequence[Windows], colours: Mapping[str, Colour], bounds: say.LimitValues, meaning: str
+    parts: Sequence[Windows],
+    colours: Mapping[str, Colour],
+    bounds: say.LimitValues,
+    meaning: str,
+    none: str = "no pretension works, whatever the limits",
 ) -> list[Any]:
     """Return the key of panels of windows.
 
@@ -173,13 +174,13 @@ def window_key(
         colours: Colours of the limits.
         bounds: Limits of the study, SI; None for one that differs between choices.
         meaning: Text of the area of a window.
+        none: Text of the cross where there are no ends.
     """
     key: list[Any] = [Patch(facecolor=WINDOW, label=meaning)]
     if any((part.low > part.high).any() for part in parts):
         key.append(Patch(facecolor=NO_WINDOW, label="no window: the lower limit is above"))
     if any(np.isnan(part.low).any() for part in parts):
-        label = "no pretension works, whatever the limits"
-        key.append(Line2D([], [], color=FAINT, marker="x", linestyle="", label=label))
+        key.append(Line2D([], [], color=FAINT, marker="x", linestyle="", label=none))
     for name, colour in colours.items():
         label = f"ends where: {say.limit_words(name, bounds).label}"
         key.append(Line2D([], [], color=colour, marker="o", markersize=3.0, label=label))
@@ -404,66 +405,61 @@ def draw_trade_off(
     axis = cube.axis(trade_off["column"])
     if axis is None or not any(trade_off["best"]):
         raise UsageError("no choice has a window, whichever limit is taken", where="--x")
-    scale = axis_scale(cube, axis, slice(None), {}, has_cells=True)
-    if column != axis.column:
-        _, of_rows = cube.columns_of_names[column]
-        if not np.isnan(of_rows.values).any():  # rows in the order of the limit that they set
-            limit = cube.shown(of_rows.column)
-            order = np.argsort(of_rows.values, kind="stable")
-            names = [f"{limit.text(of_rows.values[row])} ({axis.names[row]})" for row in order]
-            scale = Scale(limit.titled, scale.places, order, names=tuple(names))
-    choices = [trade_off["best"][place] for place in scale.order.tolist()]
+    order, names, label = _places(cube, axis, column)
+    choices = [trade_off["best"][place] for place in order]
     others = ["" if choice is None else _others(cube, axis, choice) for choice in choices]
-    different = list(dict.fromkeys(filter(None, others)))
-    colours: dict[str, str] = {}
-    if 1 < len(different) <= _MOST_COLOURS:
-        colours = dict(zip(different, OKABE_ITO, strict=False))
-    part = Windows(
-        _numbers(choices, "pretension_from"),
-        _upper_ends(choices),
-        np.full(len(choices), "", dtype=object),
-        np.full(len(choices), "", dtype=object),
-    )
-    has_window = np.array([choice is not None for choice in choices])
-    name = plain(axis.key) if axis.is_text else say.limit_on(axis.key.partition(".")[2])
+    if len(set(filter(None, others))) > 1:
+        pairs = zip(names, others, strict=True)
+        names = [": ".join(filter(None, pair)) for pair in pairs]
+    scale = Scale(label, np.arange(float(len(names))), order, names=tuple(names))
+    part = Windows.of({name: _column(choices, name) for name in _ENDS})
+    colours = limit_colours(part.limits)
+    meaning = f"window that works for {served_words(record)}"
+    key = window_key([part], colours, cube.limits, meaning, "no choice has a window")
+    key.append(Line2D([], [], label="pretension to set", color=INK, **_END))
     best = record["best"]
     at = [
         place
-        for place, one in enumerate(choices)
-        if one and best and one["choice"] == best["choice"]
+        for place, choice in enumerate(choices)
+        if choice is not None and best is not None and choice["choice"] == best["choice"]
     ]
-    key: list[Any] = [
-        Patch(facecolor=WINDOW, label=f"window that works for {served_words(record)}")
-    ]
-    key.append(Line2D([], [], label="pretension to set", color=INK, **_END))
-    if not has_window.all():
-        key.append(hatch_key("no choice has a window"))
-    key += [Line2D([], [], label=text, color=colour, **_END) for text, colour in colours.items()]
     if at and best is not None:
         key.append(star(f"named first among all: {gauge_text(record, best) or 'to set'}"))
-    notes = [_meaning(record, axis, name)]
-    if len(different) > _MOST_COLOURS:
-        notes.append("The choices differ in more than colours can show.")
+    name = plain(axis.key) if axis.is_text else say.limit_on(axis.key.partition(".")[2])
     title = f"what each {name} gives" if axis.is_text else f"what the {name} buys"
     size: dict[str, Any] = {"width": width, "height": height}
-    page = answer_page(cube, record, title, 104.0, key, notes, **size)
+    page = answer_page(cube, record, title, 104.0, key, [_meaning(record, axis, name)], **size)
     upper, lower = panels_of(page, 2, 1, 2, sharex=True, height_ratios=[3.0, 2.0])
-    pretension = _numbers(choices, "pretension")
-    _draw_bars(upper, scale, part, has_window, float(np.nanmax(pretension, initial=0.0)))
+    pretension = _column(choices, "pretension")
+    draw_panel(upper, scale, part, colours, float(np.nanmax(pretension, initial=0.0)))
     upper.set_ylabel(_pretension_label(cube))
     tension = cube.shown("max_tension")
-    tensions = tension.scaled(_numbers(choices, "max_tension"))
+    tensions = tension.scaled(_column(choices, "max_tension"))
     for panel, values in ((upper, pretension), (lower, tensions)):
-        for place, value in enumerate(values):
-            colour = colours.get(others[place], INK)
-            panel.plot(scale.places[place], value, color=colour, **_END)
-        if at:
-            panel.plot(scale.places[at], values[at], gid="best", **STAR)
+        panel.plot(scale.places, values, color=INK, gid="best of each", **_END)
+        panel.plot(scale.places[at], values[at], gid="best", **STAR)
     lower.set_ylabel(tension.label)
     lower.set_ylim(0.0, _ROOM * float(np.nanmax(tensions)))  # from 0: a millinewton is no step
     scale.apply(lower, "x", width - 20.0, cells=True)
     lower.set_xlabel(scale.label)
     return page
+
+
+def _places(cube: Cube, axis: Axis, column: str) -> tuple[Any, list[str], str]:
+    """Return the order of the values of a trade-off, their names, and the label of their axis.
+
+    Rows of a table stand in the order of the limit that they set, if `column` asks for it.
+    """
+    if column != axis.column:
+        _, of_rows = cube.columns_of_names[column]
+        if not np.isnan(of_rows.values).any():
+            limit = cube.shown(of_rows.column)
+            order = np.argsort(of_rows.values, kind="stable")
+            names = [f"{limit.text(of_rows.values[row])} ({axis.names[row]})" for row in order]
+            return order, names, limit.titled
+    scale = axis_scale(cube, axis, slice(None), {}, has_cells=True)
+    listed = [number(place) for place in scale.places.tolist()]
+    return scale.order, list(scale.names) or listed, scale.label
 
 
 def _meaning(record: AnswerRecord, axis: Axis, name: str) -> str:
@@ -482,39 +478,12 @@ def _others(cube: Cube, axis: Axis, choice: ChoiceRecord) -> str:
     )
 
 
-def _numbers(choices: Iterable[ChoiceRecord | None], column: str) -> Floats:
-    """Return a column of choices, SI; NaN without a choice or a value."""
+def _column(choices: Iterable[ChoiceRecord | None], column: str) -> ColumnArray:
+    """Return a column of choices, SI; NaN or "" without a choice or a value."""
     values = [None if choice is None else value_of(choice, column) for choice in choices]
+    if column in ("from_by", "to_by"):
+        return np.array([value or "" for value in values], dtype=object)
     return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
-
-
-def _upper_ends(choices: Sequence[ChoiceRecord | None]) -> Floats:
-    high = _numbers(choices, "pretension_to")
-    is_open = np.isnan(high) & np.isfinite(_numbers(choices, "pretension_from"))
-    return np.where(is_open, np.inf, high)
-
-
-def _draw_bars(
-    panel: Axes, scale: Scale, part: Windows, has_window: npt.NDArray[np.bool_], most: float
-) -> None:
-    """Draw a bar for each window, and hatch where there is none."""
-    top = _top(part, most)
-    half = 0.3 * float(np.diff(scale.edges).min())
-    roof = np.where(np.isinf(part.high), top, part.high)
-    x = scale.places
-    heights = (roof - part.low)[has_window]
-    panel.bar(x[has_window], heights, 2.0 * half, part.low[has_window], color=WINDOW, gid="windows")
-    none = hatch_key("")
-    for place in x[~has_window]:
-        panel.axvspan(
-            place - half,
-            place + half,
-            facecolor=none.get_facecolor(),
-            hatch=none.get_hatch(),
-            edgecolor=none.get_edgecolor(),
-            linewidth=0.0,
-        )
-    panel.set_ylim(0.0, top)
 
 
 # --- Over the motion ------------------------------------------------------------------------------

@@ -120,9 +120,9 @@ def test_the_picture_has_a_bar_for_each_window(answer, folder, trade_off):
     cube = choices_of(answer.kept("choices"), answer.study)
     page = draw_trade_off(cube, answer.record, trade_off, trade_off["column"])
     upper, lower = page.figure.axes
-    bars = [patch for patch in upper.patches if patch.get_gid() == "windows"]
+    (bars,) = [drawn for drawn in upper.collections if drawn.get_gid() == "windows"]
     best = [choice for choice in trade_off["best"] if choice is not None]
-    drawn = sorted((bar.get_y(), bar.get_y() + bar.get_height()) for bar in bars)[-len(best) :]
+    drawn = sorted((low, high) for (_, low), (_, high) in bars.get_segments())
     expected = sorted((choice["pretension_from"], choice["pretension_to"]) for choice in best)
     np.testing.assert_allclose(drawn, expected)
     tensions = np.concatenate(
