@@ -217,6 +217,8 @@ _OF_WINDOWS = (
     _quantity("set_extensor_tension", "set F_o^e", "force", "tension to set in the extensor at the joint"),
     _quantity("set_flexor_tension_motor", "set F_I^f", "force", "tension to set in the flexor at the motor"),
     _quantity("set_extensor_tension_motor", "set F_I^e", "force", "tension to set in the extensor at the motor"),
+    _quantity("set_flexor_tension_from", "from F_o^f", "force", "tension in the flexor at the joint at the lower end of the window"),
+    _quantity("set_flexor_tension_to", "to F_o^f", "force", "tension in the flexor at the joint at the upper end of the window"),
     _quantity("tolerance_length", "±l", "length", "half the width of the window, as a length by which both tendons are shortened"),
     _quantity("served_verified", "served*", "number", "share of a fresh sample that the pretension serves"),
     _quantity("served_verified_low", "served* low", "number", "lower end of the 95 % interval of served_verified"),

@@ -84,6 +84,9 @@ class TaskKind(NamedTuple):
     """Class of the task, a `Task` of the engine."""
     result: str
     """Class of the result, a `Result` of the engine."""
+    reads: str = ""
+    """Function that reads a record of this version by its types, and raises ValueError if an entry
+    does not fit. Empty if the record has no types of its own."""
     suffix: str = ""
     """End of the name of its default folder, after the name of the study."""
     size: str = ""

@@ -2,7 +2,7 @@
 
 __version__ = "0.4.0"
 
-RESULTS_VERSION = 12
+RESULTS_VERSION = 13
 """Version of the numbers, raised whenever the same study would give other tables.
 
 Results of different versions are never mixed.

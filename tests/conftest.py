@@ -24,6 +24,7 @@ from tendon_cli.engine.sweep import Sweep
 from tendon_cli.engine.threads import in_threads
 from tendon_cli.files import locked
 from tendon_cli.studies import fresh_sample as fresh_module
+from tendon_cli.studies import usual
 from tendon_cli.studies.load import load_study
 from tendon_cli.tables.digest import file_sha256
 from tendon_cli.tables.read import open_table
@@ -51,21 +52,24 @@ FEW_POINTS = 256
 """Points of Sobol indices in tests."""
 
 
-def _few_fresh(study, fresh_sample=fresh_module.fresh_sample):
+def _few_fresh(study, fresh_sample=fresh_module.fresh_sample, **which):
     """Return a small fresh sample of a study that leaves its size open."""
     if "verify" in study.design.model_fields_set:
-        return fresh_sample(study)
+        return fresh_sample(study, **which)
     few = study.design.model_copy(update={"verify": FEW_FRESH})
-    return fresh_sample(study.replaced({"design": few}))
+    return fresh_sample(study.replaced({"design": few}), **which)
 
 
 @pytest.fixture(scope="module", autouse=True)
 def _judged_by_few(request):
     """Judge choices by few fresh persons or draws, but in modules that say JUDGED_BY_ALL.
 
-    Sobol indices have few points, too, but in modules that say ALL_POINTS.
+    Sobol indices have few points, too, but in modules that say ALL_POINTS. Usual deviations are
+    drawn in modules that say DRAWS_USUAL alone: most tests are of suits whose numbers are exact.
     """
     with pytest.MonkeyPatch.context() as patch:
+        if not getattr(request.module, "DRAWS_USUAL", False):
+            patch.setattr(usual, "USUAL", {})
         if not getattr(request.module, "JUDGED_BY_ALL", False):
             patch.setattr(fresh_module, "fresh_sample", _few_fresh)
         if not getattr(request.module, "ALL_POINTS", False):

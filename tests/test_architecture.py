@@ -23,6 +23,7 @@ GROUND = {
     "say",
     "display",
     "registry",
+    "typed_record",
     "units",
     "version",
 }
@@ -33,7 +34,8 @@ THE_FACE = ""
 # What each room, and each file at the root, may import of the package besides itself.
 MAY_IMPORT = {
     "version": set(),
-    "answer_record": set(),
+    "typed_record": set(),
+    "answer_record": {"typed_record"},
     "errors": set(),
     "startup": {"errors"},
     "terminal": {"errors"},
@@ -46,7 +48,7 @@ MAY_IMPORT = {
     "registry": set(),
     "units": set(),
     "model": {"quantities", "units", "errors"},
-    "say": {"answer_record", "model", "quantities", "units"},
+    "say": {"answer_record", "model", "quantities", "typed_record", "units"},
     "tables": GROUND,
     "studies": {"space", "model", *GROUND},
     "cube": {"engine", *BELOW_THE_ROOMS},
@@ -151,11 +153,11 @@ def test_figures_take_only_the_kinematics_of_the_model():
     assert wrong(files_of("figures"), model) == {}
 
 
-OF_A_TEXT = {"answer_record", "say", "space", "studies", "quantities"}
+OF_A_TEXT = {"answer_record", "say", "space", "studies", "quantities", "typed_record"}
 
 
 def test_the_text_of_an_answer_knows_its_record_and_no_question():
-    texts = {"answers.text", "answers.phrases"}
+    texts = {"answers.text", "answers.phrases", "answers.record_tables"}
     texts |= {name_of(path) for path in FILES if name_of(path).startswith("answers.text_")}
     files = [path for path in FILES if name_of(path) in texts]
 

@@ -6,19 +6,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from tendon_cli.answer_record import (
-    AnswerRecord,
-    ChoiceRecord,
-    ConflictRecord,
-    FixRecord,
-    as_answer,
-    value_of,
-)
-from tendon_cli.answers.text_short import short_text
+from tendon_cli.answer_record import AnswerRecord, as_answer, holds, value_of
+from tendon_cli.answers.text import short_text
 from tendon_cli.engine.results import Result, along_own_axes, framed, variables_of, xarray_library
 from tendon_cli.registry import load
 from tendon_cli.windows.question import Goal
@@ -43,21 +36,22 @@ class Answer(Result):
 
     @property
     def is_negative(self) -> bool:
-        """True if no choice has a window, or if the fresh sample refutes the one named first."""
-        return self.best is None or not self.best["feasible"]
+        """True if the choice named first does not hold, or if there is none."""
+        return not holds(self.answer)
 
-    @property
-    def _answer(self) -> AnswerRecord:
-        """Record of `design.json`."""
+    @cached_property
+    def answer(self) -> AnswerRecord:
+        """Record of `design.json` by its types."""
         return as_answer(self.record)
 
     @property
-    def best(self) -> ChoiceRecord | None:
+    def best(self) -> dict[str, Any] | None:
         """Best choice as a row of `choices`: with several goals the best compromise.
 
         None if no choice has a window.
         """
-        return self._answer["best"]
+        best: dict[str, Any] | None = self.record["best"]
+        return best
 
     @property
     def best_by(self) -> pd.DataFrame:
@@ -69,9 +63,10 @@ class Answer(Result):
 
         from tendon_cli.answers.tables import flat
 
-        rows = dict(self._answer["best_by"])
-        candidates = self.front or ([self.best] if self.best else [])
-        goals = [Goal(**goal) for goal in self._answer["goals"]]
+        rows = dict(self.answer.best_by)
+        best = self.answer.best
+        candidates = self.answer.front or ([best] if best else [])
+        goals = [Goal(goal.column, goal.maximise) for goal in self.answer.goals]
         if candidates:
             for goal in goals:
                 column = [value_of(row, goal.column) for row in candidates]
@@ -84,32 +79,32 @@ class Answer(Result):
     @property
     def feasible(self) -> int:
         """Number of choices that have a window."""
-        return self._answer["feasible"]
+        return self.answer.feasible
 
     @property
-    def front(self) -> list[ChoiceRecord]:
+    def front(self) -> list[dict[str, Any]]:
         """Rows of `choices` that no other beats in every goal."""
-        return list(self._answer["front"])
+        return list(self.record["front"])
 
     @property
-    def fixes(self) -> list[FixRecord]:
+    def fixes(self) -> list[dict[str, Any]]:
         """Changes that would give a window if no choice has one, the least change first."""
-        return list(self._answer["fixes"])
+        return list(self.record["fixes"])
 
     @property
-    def conflicts(self) -> list[ConflictRecord]:
+    def conflicts(self) -> list[dict[str, Any]]:
         """Limits that leave choices without a window, in how many choices, and by how much."""
-        return list(self._answer["conflicts"])
+        return list(self.record["conflicts"])
 
     @property
     def text(self) -> str:
-        """The whole answer in 80 columns."""
-        return self._answer["text"]
+        """The short answer, then the sections of the record as tables."""
+        return self.answer.text
 
     @property
     def short(self) -> str:
         """The answer in at most 14 lines of 100 characters, blank ones not counted."""
-        return short_text(self._answer)
+        return short_text(self.answer)
 
     @cached_property
     def choices(self) -> pd.DataFrame:

@@ -3,53 +3,35 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, cast
 
-from tendon_cli.answer_record import (
-    AnswerRecord,
-    AxisRecord,
-    ChoiceRecord,
-    Value,
-    VerifiedRecord,
-    value_of,
-)
+import numpy as np
+
+from tendon_cli.answer_record import AxisRecord, ChoiceRecord, value_of
 from tendon_cli.answers.answer import Answer
-from tendon_cli.answers.tables import VERIFIED
+from tendon_cli.answers.record import NamedChoices, named_rows
 from tendon_cli.errors import UsageError
+from tendon_cli.space.axis import Axis
 from tendon_cli.studies.values import RIGID
-from tendon_cli.tables.schema import finite_or_none
-
-if TYPE_CHECKING:
-    import pyarrow as pa
+from tendon_cli.windows.question import affords_motion, question_of
+from tendon_cli.windows.solutions import solve
+from tendon_cli.windows.solver import Solver
 
 
 def choice_in_row(answer: Answer, row: int) -> ChoiceRecord:
-    """Return the choice in a row of `choices.parquet`.
+    """Return the choice in a row of `choices.parquet`; one that is not named is solved again.
 
     Raises:
         UsageError: The answer has no such row.
-        InputError: A table is damaged.
     """
-    table = answer.table("choices")
-    if not 0 <= row < table.num_rows:
-        last = table.num_rows - 1
-        raise UsageError(
-            f"{answer.record['name']} has no choice {row}, expected 0 to {last}",
-            where="--choice",
-            hint="`tendon show` lists the choices of an answer",
-        )
-    record = cast("AnswerRecord", answer.record)
-    axes = record["question"]["choices"]
-    found = _row_of(table, row, axes)
-    conditions = answer.table("conditions")
-    for end in ("from", "to"):
-        of_condition = record["question"]["conditions"]
-        values = _row_of(conditions, found[f"{end}_condition"], of_condition)
-        found[f"{end}_under"] = {axis["column"]: values[axis["column"]] for axis in of_condition}
-    found["choice"] = row
-    found["served_verified"] = _verified(found, record)
-    return cast(ChoiceRecord, found)
+    question = question_of(answer.study)
+    if not 0 <= row < len(question.choices):
+        raise _no_choice(answer, f"{row}, expected 0 to {len(question.choices) - 1}")
+    for named in named_rows(answer.answer):
+        if named.choice == row:
+            return named
+    solver = Solver(question, with_motion=affords_motion(question, 1))
+    solved = solve(solver, question.points(np.array([row])))
+    return NamedChoices(question).records(solved)[0]
 
 
 def same_choice(answer: Answer, choice: ChoiceRecord, axes: list[AxisRecord]) -> ChoiceRecord:
@@ -63,63 +45,36 @@ def same_choice(answer: Answer, choice: ChoiceRecord, axes: list[AxisRecord]) ->
     Raises:
         UsageError: The answer has no such choice.
     """
-    record = cast("AnswerRecord", answer.record)
-    ours = {axis["column"]: axis for axis in record["question"]["choices"]}
-    common = [axis["column"] for axis in axes if axis["column"] in ours]
-    wanted = {column: value_of(choice, column) for column in common}
-    table = answer.table("choices")
-    columns = {column: table.column(column).to_pylist() for column in common}
-    for row in range(table.num_rows):
-        values = {column: _recorded(columns[column][row], ours[column]) for column in common}
-        if all(_is_same(values[column], wanted[column]) for column in common):
-            return choice_in_row(answer, row)
-    named = ", ".join(f"{column} {value}" for column, value in wanted.items())
-    raise UsageError(
-        f"{record['name']} has no choice with {named}",
+    values = {axis.column: value_of(choice, axis.column) for axis in axes}
+    space = question_of(answer.study).choices
+    places = []
+    for axis in space.axes:
+        of_axis = np.array([0])
+        if axis.column in values:
+            of_axis = _places(axis, values[axis.column])
+        places.append(of_axis)
+    if any(not len(of_axis) for of_axis in places):
+        ours = {axis.column for axis in space.axes}
+        named = [f"{column} {value}" for column, value in values.items() if column in ours]
+        raise _no_choice(answer, f"with {', '.join(named)}")
+    first = tuple(int(of_axis[0]) for of_axis in places)
+    row = int(np.ravel_multi_index(first, space.shape)) if first else 0
+    return choice_in_row(answer, row)
+
+
+def _places(axis: Axis, value: float | str) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    """Return the places of a value on an axis, apart from rounding; none if it has no such."""
+    if axis.names:
+        is_same = np.array([name == value for name in axis.names])
+    else:
+        wanted = math.inf if value == RIGID else float(value)
+        is_same = np.isclose(axis.values, wanted, rtol=1e-12, atol=0.0)
+    return np.flatnonzero(is_same).astype(np.int64)
+
+
+def _no_choice(answer: Answer, which: str) -> UsageError:
+    return UsageError(
+        f"{answer.record['name']} has no choice {which}",
         where="--choice",
         hint="`tendon show` lists the choices of an answer",
     )
-
-
-def _row_of(table: pa.Table, row: int, axes: list[AxisRecord]) -> dict[str, Any]:
-    """Return a row of a table as the record has it: null for no number, "rigid", no empty text."""
-    (values,) = table.slice(row, 1).to_pylist()
-    of_axes = {axis["column"]: axis for axis in axes}
-    found: dict[str, Any] = {}
-    for name, value in values.items():
-        if name in of_axes:
-            found[name] = _recorded(value, of_axes[name])
-        elif isinstance(value, float):
-            found[name] = finite_or_none(value)
-        else:
-            found[name] = value or None if isinstance(value, str) else value
-    return found
-
-
-def _recorded(value: Any, axis: AxisRecord) -> Value:
-    """Return the value on an axis as the record has it."""
-    if not axis["named"] and isinstance(value, float) and math.isinf(value):
-        return RIGID
-    return cast(Value, value)
-
-
-def _is_same(value: Value, other: Value) -> bool:
-    """Return True if two values on an axis are the same, but for rounding."""
-    if isinstance(value, str) or isinstance(other, str):
-        return value == other
-    return math.isclose(value, other, rel_tol=1e-12)
-
-
-def _verified(row: Mapping[str, Any], record: AnswerRecord) -> VerifiedRecord | None:
-    """Return the judgement of the fresh sample in a row; None without one."""
-    value, low, high, start, end = (row[name] for name in VERIFIED)
-    fresh = record["verified_by"]
-    if value is None or fresh is None:
-        return None
-    return {
-        "value": value,
-        "interval_95": [low, high],
-        "of": fresh["count"],
-        "from": start,
-        "to": end,
-    }

@@ -27,8 +27,10 @@ from tendon_cli.space.axis import PERSON_AXIS, Axis
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import RowTarget
-from tendon_cli.windows.candidates import solve_part, summarise
+from tendon_cli.typed_record import to_json
+from tendon_cli.windows.candidates import summarise
 from tendon_cli.windows.question import Question, affords_motion, question_of, rows_to_prove
+from tendon_cli.windows.solutions import solve
 from tendon_cli.windows.solver import Solver
 
 CHOICES_PER_PART = 2**17
@@ -135,7 +137,7 @@ class Choices(Task):
         """
         self.check_stopped()
         part = self.part(index)
-        solutions = solve_part(self.solver, np.arange(part.start, part.stop))
+        solutions = solve(self.solver, self.question.points(np.arange(part.start, part.stop)))
         rows = {UNFINISHED: answer_tables.choice_rows(self.question, solutions)}
         if "conditions" in tables:
             rows["conditions"] = answer_tables.condition_rows(self.question)
@@ -172,10 +174,8 @@ class Choices(Task):
         record = made.record
         if self.persons is not None:
             windows = GroupWindows.of(self.solver, made.chosen.points)
-            record["population"] = population(
-                self.solver, made.chosen, made.row, windows, made.judged
-            )
-        return {**record, "blocks": [*answer_blocks(record)], "text": answer_text(record)}
+            record.population = population(self.solver, made.chosen, made.row, windows, made.judged)
+        return {**to_json(record), "blocks": [*answer_blocks(record)], "text": answer_text(record)}
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:  # noqa: ARG002
         """Return no warnings: the record has its notes."""
@@ -194,7 +194,7 @@ class Choices(Task):
         named = named_rows(answer)
         for index in range(self.tables["choices"]):
             yield self._choices_file(index, finished, named)
-        population = answer["population"]
+        population = answer.population
         if self.persons is not None and population is not None:
             yield self._persons_file(self.persons, population)
 
@@ -203,7 +203,7 @@ class Choices(Task):
     ) -> FinalFile:
         """Return a file of choices; its part is read when the file is written."""
         part = self.part(index)
-        of_part = [row for row in named if row["choice"] in part]
+        of_part = [row for row in named if row.choice in part]
 
         def write(targets: Mapping[str, npt.NDArray[Any]], rows: range) -> None:
             values = answer_tables.completed_rows(self.question, finished(index), of_part, part)
@@ -214,8 +214,8 @@ class Choices(Task):
     def _persons_file(self, axis: Axis, population: PopulationRecord) -> FinalFile:
         """Return the file of persons or draws under the choice that the record names first."""
         table = _table_of(axis)
-        chosen = self.question.points(np.array([population["choice"]]))
-        pretension = np.nan if population["pretension"] is None else population["pretension"]
+        chosen = self.question.points(np.array([population.choice]))
+        pretension = np.nan if population.pretension is None else population.pretension
         windows = GroupWindows.of(self.solver, chosen)
         rows = answer_tables.person_rows(self.question, axis, windows, chosen, pretension)
         return (

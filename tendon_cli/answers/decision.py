@@ -14,7 +14,7 @@ from tendon_cli.model.kinematics import Rows
 from tendon_cli.space.axis import split_side
 from tendon_cli.studies.study import Study
 from tendon_cli.windows.dependence import without_effect
-from tendon_cli.windows.order import LEAST_TORQUE, MOST_TIED, Count, Order, Stages, last_stage
+from tendon_cli.windows.order import MOST_TIED, Order, Stages, last_stage
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import NEEDED, Solutions
 
@@ -35,40 +35,42 @@ def decision_record(
         accuracy: Accuracy of setting as a length of both tendons, m.
     """
     order = Order.of(question)
-    feasible = sum(note["feasible"] for note in notes)
-    stages = (_stages(note["left"]) for note in notes if note["left"])
-    left = [Count(feasible, feasible), *order.count_left(stages)]
+    with_window = choices.select(choices.feasible)
+    if question.sets_by_sample:
+        left = [len(with_window), *map(len, order.left(with_window))]
+    else:
+        feasible = sum(note["feasible"] for note in notes)
+        stages = (_stages(note["left"]) for note in notes if note["left"])
+        left = [feasible, *order.count_left(stages)]
     rules: list[str] = [*order.rules[:-1]]
     if order.is_front:
         rules = [*order.rules[: -1 - len(order.goals)], "front"]
-        left = [*left[: len(rules)], Count(1, 1)]
-    deciding = [place for place, counts in enumerate(pairwise(left)) if _drops_some(*counts)]
+        left = [*left[: len(rules)], 1]
+    deciding = [place for place, (before, after) in enumerate(pairwise(left)) if after < before]
     decided_by = deciding[-1] if deciding else None
-    record: DecisionRecord = {
-        "rule": None if decided_by is None else rules[decided_by],
-        "choices": feasible if decided_by is None else left[decided_by].exact,
-        "after": [rules[place] for place in deciding[:-1]],
-        "left": left[-1].sure,
-        "is_settable": bool(best.settable[0] >= 1.0),
-        "can_be_set": bool(best.can_be_set[0]),
-        "by_default": _by_default(question),
-        "needed": NEEDED * accuracy,
-        "ties": 1,
-        "tied": [],
-        "broken_by": [],
-        "no_effect": without_effect(note["windows"] for note in notes),
-    }
-    if left[-1].sure > 1:
-        with_window = choices.select(choices.feasible)
-        scores = order.scores(with_window)
-        tied = last_stage(scores[:, :-1])
+    record = DecisionRecord(
+        rule=None if decided_by is None else rules[decided_by],
+        choices=left[0] if decided_by is None else left[decided_by],
+        after=[rules[place] for place in deciding[:-1]],
+        left=left[-1],
+        is_settable=bool(best.settable[0] >= 1.0),
+        can_be_set=bool(best.can_be_set[0]),
+        by_default=_by_default(question),
+        needed=NEEDED * accuracy,
+        ties=1,
+        tied=[],
+        broken_by=[],
+        no_effect=without_effect(note["windows"] for note in notes),
+    )
+    if left[-1] > 1:
+        tied = order.left(with_window)[-1]
         rank = order.rank(with_window.points, tied)
         in_order = tied[np.argsort(rank)]
-        record["ties"] = left[-1].sure
-        record["tied"] = [
+        record.ties = left[-1]
+        record.tied = [
             choice_values(question, with_window.points, row) for row in in_order[:MOST_TIED]
         ]
-        record["broken_by"] = _broken_by(order, with_window, tied)
+        record.broken_by = _broken_by(order, with_window, tied)
     return record
 
 
@@ -84,13 +86,6 @@ def _by_default(question: Question) -> dict[str, float]:
         for key in _CHOSEN
         if key not in varied | of_sides and np.array_equal(stated[key].array, default[key].array)
     }
-
-
-def _drops_some(before: Count, after: Count) -> bool:
-    """Return True if a rule surely drops some of the choices that the rules before it leave."""
-    if before.exact is None:
-        return after.sure < before.sure
-    return after.possible < before.possible
 
 
 def is_of_order(question: Question, note: Note) -> bool:
@@ -112,26 +107,27 @@ def is_of_order(question: Question, note: Note) -> bool:
     return (
         tells_all
         and all(len(scores) == place + 1 for place, of in enumerate(stages) for scores in of)
-        and all(type(number) is int for count in counts for number in count)
-        and all(0 <= sure <= possible <= most and possible > 0 for sure, possible in counts)
+        and all(type(count) is int and 0 < count <= most for count in counts)
         and all(len(texts) == lengths[key] for key, texts in digests.items())
         and all(0 <= value < 2**64 for value in values)
     )
 
 
-def _stages(left: list[list[tuple[list[str], int, int]]]) -> Stages:
+def _stages(left: list[list[tuple[list[str], int]]]) -> Stages:
     """Return the stages of a part from its note."""
-    return [
-        {tuple(map(float, scores)): Count(sure, possible) for scores, sure, possible in of_rule}
-        for of_rule in left
-    ]
+    return [{tuple(map(float, scores)): count for scores, count in of_rule} for of_rule in left]
 
 
 def _broken_by(order: Order, choices: Solutions, tied: Rows) -> list[str]:
-    """Return what breaks a tie: the motor torque, and the axes if several have the least."""
-    torque = choices.select(tied).scores((LEAST_TORQUE,))
-    least = tied[last_stage(torque)]
-    broken_by = [LEAST_TORQUE.column] if len(least) < len(tied) else []
+    """Return what breaks a tie: goals such as the motor torque, then the axes."""
+    least = tied
+    broken_by = []
+    for goal in order.tie_breakers:
+        scores = choices.select(least).scores((goal,))
+        left = least[last_stage(scores, order.question.tie)]
+        if len(left) < len(least):
+            broken_by.append(goal.column)
+        least = left
     if len(least) > 1:
         columns = choices.points.columns
         axes = sorted(order.question.choices.axes, key=lambda axis: axis.key)

@@ -15,6 +15,7 @@ DESIGN = TaskKind(
         TableKind("draws"),
     ),
     task="tendon_cli.answers.choices.Choices",
+    reads="tendon_cli.answer_record.as_answer",
     result="tendon_cli.answers.answer.Answer",
     suffix="-design",
     size="tendon_cli.answers.size.size_of_question",

@@ -60,15 +60,15 @@ def curves_of(solver: Solver, choice: Solutions, ends: Ends) -> CurvesRecord:
                     _tighten(lower, part_lower, np.maximum)
                 if place == len(of_ends) - 1:
                     _tighten(upper, part_upper, np.minimum)
-    return {
-        "elbow_angle": question.angles.ravel().tolist(),
-        "time": None if trajectory is None else trajectory.time.tolist(),
-        "at_record_end": None if trajectory is None else trajectory.is_at_end.tolist(),
-        "samples": np.unique(question.study.angles).tolist(),
-        "all_conditions": bool(counts.all()),
-        "lower": {name: [*map(finite_or_none, values.tolist())] for name, values in lower.items()},
-        "upper": {name: [*map(finite_or_none, values.tolist())] for name, values in upper.items()},
-    }
+    return CurvesRecord(
+        elbow_angle=question.angles.ravel().tolist(),
+        time=None if trajectory is None else trajectory.time.tolist(),
+        at_record_end=None if trajectory is None else trajectory.is_at_end.tolist(),
+        samples=np.unique(question.study.angles).tolist(),
+        all_conditions=bool(counts.all()),
+        lower={name: [*map(finite_or_none, values.tolist())] for name, values in lower.items()},
+        upper={name: [*map(finite_or_none, values.tolist())] for name, values in upper.items()},
+    )
 
 
 def _known(end: Array, pretension: Array) -> Array:

@@ -19,14 +19,16 @@ from tendon_cli.answer_record import (
 from tendon_cli.engine.plan import columns_of_motion
 from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Flags
+from tendon_cli.model.kinematics import Array, Flags, Spline
 from tendon_cli.model.limits import BREAKING_FORCE, FREE_LENGTH
 from tendon_cli.model.moving import Moving
+from tendon_cli.model.winding import least_free_length
 from tendon_cli.model.window import Ends
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import of_side
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows.advice import (
+    FLEXIBLE_ROPES,
     HURTS,
     NARROW,
     NO_ROOM,
@@ -35,14 +37,19 @@ from tendon_cli.windows.advice import (
     WEAK,
     WIDTHS,
     is_stated,
+    least_rope,
+    least_spool,
 )
 from tendon_cli.windows.coverage import serves
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import Solutions
 from tendon_cli.windows.solver import Solver
+from tendon_cli.windows.study_arm import study_arm
 from tendon_cli.windows.worst_between import worst_between
 
 _WIDTH = "arm.contact_width"
+_WORN_PASS = 0.69
+"""Share of the tension that sheaths of steel pass once they are worn."""
 _USUAL_ROPE: Literal["7x7"] = "7x7"
 """Construction of a rope if the study states none: the one that asks for the wider spool."""
 _ROPE_DIAMETER = 1.5875e-3
@@ -74,17 +81,17 @@ def parts_record(solver: Solver, choice: Solutions, ends: Ends) -> PartsRecord |
     served = is_served[:, groups.of]  # (1, conditions)
     if not served.any():
         return None
-    of_served = solver.for_question(question.for_conditions(np.flatnonzero(served[0])))
+    of_served = solver.for_question(question.within_groups(np.flatnonzero(served[0])))
     design = of_served.question.designs(choice.points.at_pretension(choice.pretension))
     failed = int(choice.advice[0])
-    return {
-        "strap": _strap(of_served, choice, design),
-        "rope": _rope(question, choice, design),
-        "spool": _spool(question, design),
-        "spring": _spring(of_served, choice, design),
-        "motor": _motor(of_served, choice),
-        "fails": [part for part, code in _CODES.items() if failed & code],
-    }
+    return PartsRecord(
+        strap=_strap(of_served, choice, design),
+        rope=_rope(question, choice, design),
+        spool=_spool(question, study_arm(question, choice.points)),
+        spring=_spring(of_served, choice, design),
+        motor=_motor(of_served, choice),
+        fails=[part for part, code in _CODES.items() if failed & code],
+    )
 
 
 def _everyone(question: Question) -> Flags:
@@ -109,26 +116,31 @@ def _strap(solver: Solver, choice: Solutions, design: Design) -> StrapRecord | N
     force_per_length = float(worst.max_contact_pressure[0])  # T/R, N/m
     if np.isnan(force_per_length):
         return None
-    return {
-        "width": finite_or_none(_least(design.arm.contact_width)),
-        "pressure": finite_or_none(choice.worst.max_contact_pressure[0]),
-        "most_pressure": PAIN,
-        "least_width": force_per_length / PAIN,
-    }
+    return StrapRecord(
+        width=finite_or_none(_least(design.arm.contact_width)),
+        pressure=finite_or_none(choice.worst.max_contact_pressure[0]),
+        most_pressure=PAIN,
+        least_width=force_per_length / PAIN,
+    )
 
 
 def _rope(question: Question, choice: Solutions, design: Design) -> RopeRecord:
     """Return the rope that bears the largest tension with the customary reserve."""
     tension = float(choice.worst.max_tension[0])
     least = ROPE_SAFETY * tension
-    return {
-        "tension": tension,
-        "reserve": ROPE_SAFETY,
-        "least_breaking_force": least,
-        "least_diameter": _ROPE_DIAMETER * float(np.sqrt(max(0.0, least) / _ROPE_STRENGTH)),
-        "breaking_force": finite_or_none(_least(design.given[BREAKING_FORCE])),
-        "construction": question.study.tendon.rope,
-    }
+    return RopeRecord(
+        tension=tension,
+        reserve=ROPE_SAFETY,
+        least_breaking_force=least,
+        least_diameter=_ROPE_DIAMETER * float(np.sqrt(max(0.0, least) / _ROPE_STRENGTH)),
+        kinds={
+            kind: float(least_rope(strength, np.asarray(tension)))
+            for kind, (strength, _) in FLEXIBLE_ROPES.items()
+        },
+        spools={kind: float(least_spool(kind, np.asarray(tension))) for kind in FLEXIBLE_ROPES},
+        breaking_force=finite_or_none(_least(design.given[BREAKING_FORCE])),
+        construction=question.study.tendon.rope,
+    )
 
 
 def _spool(question: Question, design: Design) -> SpoolRecord:
@@ -143,22 +155,24 @@ def _spool(question: Question, design: Design) -> SpoolRecord:
     spool = float(np.broadcast_to(diameters[place], shape).flat[narrowest])
     rope = float(np.broadcast_to(ropes[place], shape).flat[narrowest])
     construction = question.study.tendon.rope
-    return {
-        "side": cast("Literal['flexor', 'extensor']", SIDES[place]),
-        "diameter": spool,
-        "rope_diameter": rope,
-        "ratio": spool / rope,
-        "construction": construction,
-        "least_diameter": WIDTHS[construction or _USUAL_ROPE] * rope,
-        "least_ratios": dict(WIDTHS),
-        "largest_ropes": {name: spool / ratio for name, ratio in WIDTHS.items()},
-    }
+    return SpoolRecord(
+        side=cast("Literal['flexor', 'extensor']", SIDES[place]),
+        diameter=spool,
+        rope_diameter=rope,
+        ratio=spool / rope,
+        construction=construction,
+        least_diameter=WIDTHS[construction or _USUAL_ROPE] * rope,
+        least_ratios=dict(WIDTHS),
+        largest_ropes={name: spool / ratio for name, ratio in WIDTHS.items()},
+    )
 
 
 def _spring(solver: Solver, choice: Solutions, design: Design) -> SpringRecord | None:
     """Return the travel of the springs and the room for the flexor's; None if both are rigid."""
-    sides = (design.flexor, design.extensor)
+    nominal = study_arm(solver.question, choice.points)
+    sides = (nominal.flexor, nominal.extensor)
     stiffnesses = [_least(side.spring_stiffness) for side in sides]
+    travel = float(choice.worst.max_spring_extension[0])
     if not np.isfinite(stiffnesses).any():
         return None
     room = float(choice.worst.spring_room[0])
@@ -166,16 +180,20 @@ def _spring(solver: Solver, choice: Solutions, design: Design) -> SpringRecord |
     free_length: float | None = None
     if any(is_stated(solver.question, key) for key in keys):
         free_length = float(np.nanmax(np.asarray(design.given[FREE_LENGTH.key])))
-    record: SpringRecord = {
-        "stiffness": finite_or_none(stiffnesses[0]),
-        "travel": float(choice.worst.max_spring_extension[0]),
-        "free_length": free_length,
-        "room": finite_or_none(room),
-        "extension": None,
-        "distance": None,
-    }
+    record: SpringRecord = SpringRecord(
+        stiffness=finite_or_none(stiffnesses[0]),
+        travel=travel,
+        free_length=free_length,
+        room=finite_or_none(room),
+        least_length=None,
+        extension=None,
+        distance=None,
+    )
+    if np.isfinite(stiffnesses[0]):
+        force = stiffnesses[0] * travel
+        record.least_length = float(least_free_length(stiffnesses[0], force))
     if np.isfinite(room):
-        record["extension"], record["distance"] = _tightest(solver, choice)
+        record.extension, record.distance = _tightest(solver, choice)
     return record
 
 
@@ -186,8 +204,10 @@ def _tightest(solver: Solver, choice: Solutions) -> tuple[float, float]:
     """
     question = solver.question
     served = _everyone(question)
-    severest = solver.severest_conditions(choice.points, choice.pretension, served, 1)
-    few = question.for_conditions(severest)
+    values = solver.quantities_under_each(choice.points, choice.pretension, served)
+    room = -values[-1]
+    nearest = np.argmin(np.abs(room - choice.worst.spring_room[0]))
+    few = question.for_conditions(np.array([nearest]))
     design = few.designs(choice.points.at_pretension(choice.pretension))
     trajectory = question.study.trajectory
     if trajectory is None:
@@ -204,6 +224,23 @@ def _tightest(solver: Solver, choice: Solutions) -> tuple[float, float]:
     )
 
 
+def _worn_torque(solver: Solver, choice: Solutions) -> float | None:
+    """Return the largest motor torque with worn sheaths, N m; None if the study's pass less."""
+    question = solver.question
+    flexor = study_arm(question, choice.points).flexor
+    bend = flexor.bend_angle
+    if isinstance(bend, Spline):
+        return None
+    angle = float(np.ravel(bend)[0])
+    friction = float(np.ravel(flexor.friction)[0])
+    if angle <= 0.0 or np.exp(-friction * angle) <= _WORN_PASS:
+        return None
+    worn = np.full(len(question.conditions), -np.log(_WORN_PASS) / angle)
+    with_worn = solver.for_question(question.with_numbers({"sheath.friction": worn}))
+    worst = with_worn.worst(choice.points, choice.pretension, _everyone(question))
+    return abs(float(worst.peak_motor_torque[0]))
+
+
 def _motor(solver: Solver, choice: Solutions) -> MotorRecord:
     """Return the largest torque, and speed and power if the study says how fast the joint moves."""
     question = solver.question
@@ -212,8 +249,9 @@ def _motor(solver: Solver, choice: Solutions) -> MotorRecord:
         names = ("peak_motor_speed", "peak_motor_power")
         everyone = _everyone(question)
         peaks = solver.worst_of_motion(choice.points, choice.pretension, everyone, names)
-    return {
-        "torque": abs(float(choice.worst.peak_motor_torque[0])),
-        "speed": finite_or_none(peaks["peak_motor_speed"][0]) if peaks else None,
-        "power": finite_or_none(peaks["peak_motor_power"][0]) if peaks else None,
-    }
+    return MotorRecord(
+        torque=abs(float(choice.worst.peak_motor_torque[0])),
+        worn_torque=_worn_torque(solver, choice),
+        speed=finite_or_none(peaks["peak_motor_speed"][0]) if peaks else None,
+        power=finite_or_none(peaks["peak_motor_power"][0]) if peaks else None,
+    )

@@ -20,7 +20,7 @@ from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.studies.study import Study
 from tendon_cli.windows.coverage import normalise
 from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import question_of
+from tendon_cli.windows.question import Placement, question_of
 from tendon_cli.windows.solver import Solver
 from tendon_cli.windows.verification import Verified, Verifier
 
@@ -89,14 +89,14 @@ def paired_shares(
     first, second = judges
     if first is None or second is None:
         return "no fresh sample judges both of them"
-    if any(choice["pretension"] is None for choice in choices):
+    if any(choice.pretension is None for choice in choices):
         return "one of them has no pretension"
     reason = _why_other_sample(questions[0].study, questions[1].study)
     if reason is not None:
         return reason
-    pretensions = [float(choice["pretension"] or 0.0) for choice in choices]
+    pretensions = [float(choice.pretension or 0.0) for choice in choices]
     points = [
-        question.points(np.array([choice["choice"]]))
+        question.points(np.array([choice.choice]))
         for question, choice in zip(questions, choices, strict=True)
     ]
     before = first.judge_at(points[0], pretensions[0])
@@ -188,7 +188,7 @@ def _farthest(
     member = int(np.argmax(np.where(is_meant, missing, -np.inf)))
     question = judge.solver.question
     of_member = question.within_groups(question.groups.conditions_of(np.array([member])))
-    placement = replace(question.placement, given=pretension)
+    placement = Placement(given=pretension)
     solver = judge.solver.for_question(replace(of_member, placement=placement))
     windows = GroupWindows.of(solver, choice)
     is_low = np.isnan(windows.low[0]) or windows.low[0] > pretension

@@ -16,11 +16,13 @@ from tendon_cli.answer_record import (
     PopulationRecord,
     ReasonRecord,
     SexRecord,
+    ShareCurve,
     SizeRecord,
     SuitRecord,
     Values,
     value_of,
 )
+from tendon_cli.answers.phrases import LESS, MORE, NEITHER, reason_words
 from tendon_cli.answers.question_facts import (
     condition_values,
     question_record,
@@ -28,20 +30,14 @@ from tendon_cli.answers.question_facts import (
 )
 from tendon_cli.answers.sensitivity import indices
 from tendon_cli.answers.setup import settings
-from tendon_cli.answers.text_bench import FEW_PERSONS
-from tendon_cli.answers.text_people import (
-    LESS,
-    MORE,
-    NEITHER,
-    population_title,
-    reason_words,
-)
+from tendon_cli.answers.text_bench import FEW_PERSONS, population_title
 from tendon_cli.answers.verified_record import fresh_record, verified_record
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, Codes
 from tendon_cli.space.axis import PERSON_AXIS, Axis, evenly_spaced, limit_of
 from tendon_cli.studies.people.population import Population
+from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows import coverage
 from tendon_cli.windows.coverage import (
     Sizes,
@@ -156,35 +152,38 @@ def population(
     count = len(curve.pretension)
     thinned = evenly_spaced(count, _MOST_OF_CURVE)
     values: Values = {axis.column: value_of(row, axis.column) for axis in question.choices.axes}
-    record: PopulationRecord = {
-        "choice": row["choice"],
-        "values": values,
-        "kind": groups.noun,
-        "count": len(windows.low),
-        "effective_count": groups.effective_count,
-        "counts": dict(groups.counts),
-        "window": [row["pretension_from"], row["pretension_to"]],
-        "pretension": row["pretension"],
-        "served": served,
-        "interval_95": groups.interval(served),
-        "served_verified": None if judged is None else verified_record(judged),
-        "largest_share": largest_share,
-        "largest_share_at": own_curve.best if largest_share > 0.0 else None,
-        "set": _spread_of_settings(question, chosen),
-        "by": by,
-        "curve": {
-            "pretension": curve.pretension[thinned].tolist(),
-            "share": curve.share[thinned].tolist(),
-            "low": curve.low[thinned].tolist(),
-            "high": curve.high[thinned].tolist(),
-        },
-        "not_served": reasons_not_served(question, windows, pretension, row),
-        "sizes": {} if people is None else dict(_sizes(solver, chosen)),
-        "sobol": indices(solver, chosen.points),
-        "title": "",
-    }
+    record: PopulationRecord = PopulationRecord(
+        choice=row.choice,
+        values=values,
+        kind=groups.noun,
+        count=len(windows.low),
+        effective_count=groups.effective_count,
+        counts=dict(groups.counts),
+        window=[
+            finite_or_none(chosen.pretension_from[0]),
+            finite_or_none(chosen.pretension_to[0]),
+        ],
+        pretension=finite_or_none(chosen.pretension[0]),
+        served=served,
+        interval_95=groups.interval(served),
+        served_verified=None if judged is None else verified_record(judged),
+        largest_share=largest_share,
+        largest_share_at=own_curve.best if largest_share > 0.0 else None,
+        set=_spread_of_settings(question, chosen),
+        by=by,
+        curve=ShareCurve(
+            pretension=curve.pretension[thinned].tolist(),
+            share=curve.share[thinned].tolist(),
+            low=curve.low[thinned].tolist(),
+            high=curve.high[thinned].tolist(),
+        ),
+        not_served=reasons_not_served(question, windows, pretension, row.columns),
+        sizes={} if people is None else dict(_sizes(solver, chosen)),
+        sobol=indices(solver, chosen.points),
+        title="",
+    )
     fresh = None if judged is None else fresh_record(judged.sample)
-    record["title"] = population_title(question_record(question), record, fresh, question.serve)
+    record.title = population_title(question_record(question), record, row, fresh, question.serve)
     return record
 
 
@@ -247,12 +246,12 @@ def _sex_record(
         served: Share of them that is served.
         effective: Effective size of their sample.
     """
-    return {
-        "sex": sex,
-        "persons": persons,
-        "served": served,
-        "interval_95": [*say.interval(served, effective)],
-    }
+    return SexRecord(
+        sex=sex,
+        persons=persons,
+        served=served,
+        interval_95=[*say.interval(served, effective)],
+    )
 
 
 def reasons_not_served(
@@ -306,20 +305,20 @@ def reasons_not_served(
             bodies = dict(_differences(people, rows))
         under = [condition_values(question, condition) for condition in conditions]
         reasons.append(
-            {
-                "text": reason_words(facts, choice, limits, under),
-                "needs": need,
-                "limits": limits,
-                "conditions": conditions,
-                "under": under,
-                "count": len(members),
-                "share": share,
-                "interval_95": list(say.interval(share, effective_count(weights))),
-                "first": names[:_MOST_NAMES],
-                "bodies": bodies,
-            }
+            ReasonRecord(
+                text=reason_words(facts, choice, limits, under),
+                needs=need,
+                limits=limits,
+                conditions=conditions,
+                under=under,
+                count=len(members),
+                share=share,
+                interval_95=list(say.interval(share, effective_count(weights))),
+                first=names[:_MOST_NAMES],
+                bodies=bodies,
+            )
         )
-    return sorted(reasons, key=lambda reason: (-reason["share"], -reason["count"]))
+    return sorted(reasons, key=lambda reason: (-reason.share, -reason.count))
 
 
 def _most_frequent(question: Question, conditions: Rows) -> int:
@@ -340,11 +339,11 @@ def _differences(people: Population, members: Rows) -> Iterator[tuple[str, BodyR
     with np.errstate(divide="ignore", invalid="ignore"):
         difference = np.where(deviation > 0.0, (mean_of_members - mean) / deviation, 0.0)
     for dimension in np.argsort(-np.abs(difference), kind="stable"):
-        record: BodyRecord = {
-            "theirs": float(mean_of_members[dimension]),
-            "of_all": float(mean[dimension]),
-            "deviations": float(difference[dimension]),
-        }
+        record: BodyRecord = BodyRecord(
+            theirs=float(mean_of_members[dimension]),
+            of_all=float(mean[dimension]),
+            deviations=float(difference[dimension]),
+        )
         yield DIMENSIONS[dimension], record
 
 
@@ -386,12 +385,12 @@ def _size(axis: Axis, along: Rows, sizes: Sizes, persons: int) -> SizeRecord:
     """Return the record of the best few suits, whose choices are places in `along`."""
     suits: list[SuitRecord] = []
     for choice, pretension in zip(sizes.choices, sizes.pretensions, strict=True):
-        suits.append({"value": value_at(axis, along[choice]), "pretension": pretension})
-    return {
-        "choices": suits,
-        "served": sizes.share,
-        "interval_95": list(say.interval(sizes.share, persons)),
-        "persons": persons,
-        "values_tried": len(along),
-        "all_values": len(along) == len(axis),
-    }
+        suits.append(SuitRecord(value=value_at(axis, along[choice]), pretension=pretension))
+    return SizeRecord(
+        choices=suits,
+        served=sizes.share,
+        interval_95=list(say.interval(sizes.share, persons)),
+        persons=persons,
+        values_tried=len(along),
+        all_values=len(along) == len(axis),
+    )

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict
-from typing import Any, cast
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from tendon_cli.answer_record import (
+    AccuracyRecord,
     AxisRecord,
     CarriedRecord,
     GoalRecord,
@@ -16,11 +17,12 @@ from tendon_cli.answer_record import (
     Value,
     Values,
 )
-from tendon_cli.answers.text_notes import question_notes
+from tendon_cli.answers.notes import question_notes
 from tendon_cli.model.design import F0
 from tendon_cli.quantities import unit_of_reading
 from tendon_cli.space.axis import SAMPLE_AXES, Axis, NamedAxis, limit_of
 from tendon_cli.studies.values import RIGID
+from tendon_cli.typed_record import to_json
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Goal, Question
 from tendon_cli.windows.solutions import NEEDED
@@ -33,42 +35,37 @@ def question_record(question: Question) -> QuestionRecord:
     """Return the record of a question."""
     study = question.study
     groups = question.groups
-    record: QuestionRecord = {
-        "joint": str(study.joint.name),
-        "read": study.setting.read,
-        "unit": unit_of_reading(study.setting.read),
-        "pretension": question.placement.given,
-        "limits": dict(study.limits.items()),
-        "own_limits": list(question.choices.limits),
-        "choices": [_axis_record(axis, study.setting.read) for axis in question.choices.axes],
-        "conditions": [_axis_record(axis, study.setting.read) for axis in question.conditions.axes],
-        "counted": groups.noun,
-        "groups": len(groups),
-        "counts": dict(groups.counts),
-        "ranked_by": [goal_record(goal) for goal in question.ranking],
-        "accuracy": {
-            "length": study.setting.accuracy.length,
-            "tension": study.setting.accuracy.tension,
+    return QuestionRecord(
+        joint=str(study.joint.name),
+        read=study.setting.read,
+        set_by_sample=question.sets_by_sample,
+        shows_own_f0=question.shows_own_f0,
+        unit=unit_of_reading(study.setting.read),
+        pretension=question.placement.given,
+        limits=dict(study.limits.items()),
+        own_limits=list(question.choices.limits),
+        choices=[_axis_record(axis, study.setting.read) for axis in question.choices.axes],
+        conditions=[_axis_record(axis, study.setting.read) for axis in question.conditions.axes],
+        counted=groups.noun,
+        groups=len(groups),
+        counts=dict(groups.counts),
+        ranked_by=[goal_record(goal) for goal in question.ranking],
+        accuracy=AccuracyRecord(
+            length=study.setting.accuracy.length,
+            tension=study.setting.accuracy.tension,
+        ),
+        needed=NEEDED,
+        has_goals=bool(question.goals),
+        place=question.placement.point,
+        carried={
+            column.column: CarriedRecord(
+                name=column.first.name, unit=column.first.unit, tables=list(column.tables)
+            )
+            for column in question.choices.carried
+            if not column.first.words
         },
-        "needed": NEEDED,
-        "has_goals": bool(question.goals),
-        "place": question.placement.point,
-    }
-    carried: dict[str, CarriedRecord] = {
-        column.column: {
-            "name": column.first.name,
-            "unit": column.first.unit,
-            "tables": list(column.tables),
-        }
-        for column in question.choices.carried
-        if not column.first.words
-    }
-    if carried:
-        record["carried"] = carried
-    intervals = [axis.key for axis in question.conditions.axes if axis.is_interval]
-    if intervals:
-        record["intervals"] = intervals
-    return record
+        intervals=[axis.key for axis in question.conditions.axes if axis.is_interval],
+    )
 
 
 def with_named_rows(question: QuestionRecord, said: Any) -> QuestionRecord:
@@ -78,19 +75,18 @@ def with_named_rows(question: QuestionRecord, said: Any) -> QuestionRecord:
         question: The record.
         said: What the answer says, with the names of rows in it.
     """
-    if all(len(axis["sets"] or ()) <= _MOST_TOLD_ROWS for axis in question["choices"]):
+    if all(len(axis.sets or ()) <= _MOST_TOLD_ROWS for axis in question.choices):
         return question
-    named = set(_texts_in(said))
+    named = set(_texts_in(to_json(said)))
     choices = []
-    for axis in question["choices"]:
-        told = axis.copy()
-        if axis["sets"] is not None:
-            told["sets"] = {name: sets for name, sets in axis["sets"].items() if name in named}
-        if "carries" in axis:
-            carries = axis["carries"]
-            told["carries"] = {name: words for name, words in carries.items() if name in named}
+    for axis in question.choices:
+        told = replace(axis)
+        if axis.sets is not None:
+            told.sets = {name: sets for name, sets in axis.sets.items() if name in named}
+        if axis.carries is not None:
+            told.carries = {name: words for name, words in axis.carries.items() if name in named}
         choices.append(told)
-    return {**question, "choices": choices}
+    return replace(question, choices=choices)
 
 
 def _texts_in(value: Any) -> Iterator[str]:
@@ -114,7 +110,7 @@ def notes_of(question: Question) -> list[str]:
 
 def goal_record(goal: Goal) -> GoalRecord:
     """Return the record of a goal."""
-    return cast("GoalRecord", asdict(goal))
+    return GoalRecord(column=goal.column, maximise=goal.maximise)
 
 
 def _axis_record(axis: Axis, read: str) -> AxisRecord:
@@ -125,23 +121,24 @@ def _axis_record(axis: Axis, read: str) -> AxisRecord:
         both_ends = [float(axis.values.min()), float(axis.values.max())]
         larger = np.maximum(np.abs(axis.values[:-1]), np.abs(axis.values[1:]))
         step = float(np.max(np.abs(np.diff(axis.values)) / larger, initial=0.0))
-    record: AxisRecord = {
-        "key": axis.key,
-        "column": axis.column,
-        "named": axis.is_text,
-        "range": both_ends,
-        "step": step,
-        "sets": _told(axis) if isinstance(axis, NamedAxis) else None,
-        "limits": {},
-    }
+    record = AxisRecord(
+        key=axis.key,
+        column=axis.column,
+        named=axis.is_text,
+        range=both_ends,
+        step=step,
+        sets=None,
+        limits={},
+        drawn=axis.role == "draw" and axis.key not in SAMPLE_AXES,
+    )
     if limit_of(axis.key) == "max_pretension" and read != F0:
-        record["read"] = read
-    if isinstance(axis, NamedAxis) and axis.role != "choice":
-        record["limits"] = _limits(axis)
-    if isinstance(axis, NamedAxis) and axis.carried:
-        record["carries"] = _carried(axis)
-    if axis.role == "draw" and axis.key not in SAMPLE_AXES:
-        record["drawn"] = True
+        record.read = read
+    if isinstance(axis, NamedAxis):
+        record.sets = _told(axis)
+        if axis.role != "choice":
+            record.limits = _limits(axis)
+        if axis.carried:
+            record.carries = _carried(axis)
     return record
 
 

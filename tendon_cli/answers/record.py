@@ -4,30 +4,40 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple, cast
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from tendon_cli.answer_record import (
     AnswerResults,
-    BestRecord,
+    AssumedRecord,
     BetweenSamples,
-    CertificateRecord,
-    Checked,
+    ChecksRecord,
     ChoiceCertificate,
     ChoiceRecord,
     ConflictRecord,
-    FixRecord,
-    RelaxationRecord,
+    ListedRecord,
+    SensitivityRecord,
     TradeOffRecord,
     Values,
 )
+from tendon_cli.answers.assumed import (
+    drawn_deviations,
+    exact_numbers,
+    largest_first,
+    taken_as_given,
+)
 from tendon_cli.answers.decision import decision_record
-from tendon_cli.answers.exact_numbers import exact_numbers
-from tendon_cli.answers.fresh_search import FreshSearch
+from tendon_cli.answers.help import Help, what_would_help
 from tendon_cli.answers.limit_curves import curves_of
 from tendon_cli.answers.needed_parts import parts_record
+from tendon_cli.answers.notes import (
+    PROOF_METHOD,
+    note_on_motion,
+    note_without_fresh_sample,
+    scope_words,
+)
 from tendon_cli.answers.question_facts import (
     condition_values,
     goal_record,
@@ -36,53 +46,32 @@ from tendon_cli.answers.question_facts import (
     value_at,
     with_named_rows,
 )
-from tendon_cli.answers.remedies import (
-    choices_to_relax_for,
-    fixes,
-    members_to_judge,
-    relaxations,
-    sampled,
-)
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.setup import drift_record, setting_record
 from tendon_cli.answers.tables import VERIFIED, as_records, choice_columns, choice_rows
-from tendon_cli.answers.text_notes import (
-    PROOF_METHOD,
-    note_on_judges,
-    note_on_motion,
-    note_on_remedies,
-    note_on_worst_values,
-    note_without_fresh_sample,
-    scope_words,
-)
 from tendon_cli.answers.verified_record import fresh_record, verified_record
 from tendon_cli.engine.cutoff_check import check_of_designs
 from tendon_cli.engine.plan import columns_of_motion
 from tendon_cli.engine.task import Note
-from tendon_cli.model.kinematics import Rows
-from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
+from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.window import Ends
 from tendon_cli.proof.certify import Certificate, Report, certify
 from tendon_cli.space.axis import PRETENSION
+from tendon_cli.space.space import Space
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows import candidates
 from tendon_cli.windows.candidates import LimitPair
-from tendon_cli.windows.coverage import serves
-from tendon_cli.windows.question import Question, affords_motion, rows_to_prove
-from tendon_cli.windows.solutions import Solutions, solve
+from tendon_cli.windows.coverage import normalise, serves
+from tendon_cli.windows.question import Question, affords_motion, is_sought, rows_to_prove
+from tendon_cli.windows.solutions import Solutions, solve, solve_windows
 from tendon_cli.windows.solver import Solver
+from tendon_cli.windows.study_arm import as_read
 from tendon_cli.windows.verification import Verified, Verifier
 
+_MOST_LISTED = 100
+"""Most pretensions of a list that are judged one by one."""
 Certificates = dict[int, Certificate]
 """Certificates by the rows of their choices, in the order of the proofs."""
-
-
-class Remedies(NamedTuple):
-    """Changes that would give a window, and notes on how they were found."""
-
-    fixes: Sequence[FixRecord] = ()
-    relaxations: Sequence[RelaxationRecord] = ()
-    notes: Sequence[str] = ()
 
 
 @dataclass(eq=False)
@@ -163,18 +152,22 @@ class NamedChoices:
 
     def _record(self, number: int, row: dict[str, Any]) -> ChoiceRecord:
         """Return a choice from its row of the table, with the conditions that bind it."""
-        under = {}
+        under: dict[str, Any] = {}
         for end in ("from", "to"):
             binds = row[f"{end}_by"] is not None
             condition = row[f"{end}_condition"]
             under[f"{end}_under"] = condition_values(self.question, condition) if binds else {}
         judged = self.verified.get(number)
-        feasible = row["feasible"]
         if judged is not None:
-            feasible = feasible and judged.is_enough(self.question.serve)
-        of_sample = None if judged is None else verified_record(judged)
-        own = {"choice": number, **row, **under, "feasible": feasible, "served_verified": of_sample}
-        return cast("ChoiceRecord", own)
+            row["feasible"] = row["feasible"] and judged.is_enough(self.question.serve)
+        names = {field.name for field in fields(ChoiceRecord)}
+        return ChoiceRecord(
+            choice=number,
+            served_verified=None if judged is None else verified_record(judged),
+            columns={name: value for name, value in row.items() if name not in names},
+            **{name: value for name, value in row.items() if name in names},
+            **under,
+        )
 
 
 def certify_all(
@@ -193,9 +186,24 @@ def certify_all(
         choice = choices.select([place])
         row = choice.row.item()
         if row not in certificates:
-            certificates[row] = certify(solver, choice, report)
+            certificates[row] = _certificate(solver, choice, report)
         proved.append(certificates[row].solution)
     return Solutions.concatenate(proved)
+
+
+def _certificate(solver: Solver, choice: Solutions, report: Report) -> Certificate:
+    """Return the proof of one choice's window under the question's own sample.
+
+    A choice that a second sample has set keeps its window and its setting.
+    """
+    question = solver.question
+    if not question.sets_by_sample:
+        return certify(solver, choice, report)
+    of_sample = solver.for_question(replace(question, enough=question.serve))
+    solved, _ = solve_windows(of_sample, choice.points)
+    proof = certify(of_sample, solved, report)
+    status = proof.solution.between_samples
+    return replace(proof, solution=replace(choice, between_samples=status))
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,15 +239,15 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
     rows = np.unique([*relevant_rows, *to_prove.tolist()])
     with_motion = replace(solver, with_motion=affords_motion(question, len(rows)))
     solver = replace(solver, with_motion=False)
-    relevant = solve(with_motion, question.points(rows))
-    before_proofs = relevant
-    feasible = sum(note["feasible"] for note in notes)
+    of_own_sample = solve(with_motion, question.points(rows))
+    before_proofs = _set_by_second_sample(with_motion, of_own_sample)
     conflicts = Counter[LimitPair]()
     for note in notes:
         conflicts.update({tuple(names): count for names, count in note["conflicts"]})
-    before = int(relevant.feasible.sum())
-    relevant, named, certificates, proved = _with_proofs(with_motion, relevant, to_prove, report)
-    feasible -= before - int(relevant.feasible.sum())
+    relevant, named, certificates, proved = _with_proofs(
+        with_motion, before_proofs, to_prove, report
+    )
+    lost = int(of_own_sample.feasible.sum()) - int(relevant.feasible.sum())
     verifier = Verifier.of(solver)
     named.verify(verifier, proved)
     chosen = next(iter(named.best.values()), None)
@@ -251,40 +259,67 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
         ends = of_chosen.ends
     named_first = chosen
     if named_first is None:
-        named_first = candidates.nearest(question, relevant)
+        named_first = candidates.nearest(named.question, relevant)
     judged = named.verified.get(named_first.row.item())
     if judged is None and verifier is not None:
         judged = verifier.judge(named_first)
-    remedies = Remedies()
+    help_ = Help()
     if chosen is None:
-        remedies = _remedies(solver, relevant, conflicts, verifier)
-    elif verifier is not None and judged is not None and not judged.is_enough(question.serve):
-        remedies = _remedies_of_refuted(FreshSearch(verifier, solver, judged), chosen)
-    record: AnswerResults = {
-        "question": question_record(question),
-        "choices": sum(note["choices"] for note in notes),
-        "conditions": len(question.conditions),
-        "feasible": feasible,
-        "trade_offs": [*_trade_offs(named, relevant, certificates)],
-        "serve": question.serve,
-        "verified_by": None if verifier is None else fresh_record(verifier.sample),
-        **_best_record(solver, named, chosen, ends),
-        **_checks(solver, named_first),
-        "between_samples": between,
-        "proved": [] if proved is None else named.records(proved),
-        "conflicts": [*_conflicts(solver, named, relevant, conflicts)],
-        "fixes": [*remedies.fixes],
-        "would_take": [*remedies.relaxations],
-        "notes": [*_notes(question, verifier), *remedies.notes],
-        "population": None,
-    }
-    setting = record["setting"]
-    if chosen is not None and setting is not None:
-        accuracy = setting["accuracy"]
-        record["decided"] = decision_record(question, notes, before_proofs, chosen, accuracy)
+        binding = {limit for pair in conflicts for limit in pair}
+        help_ = what_would_help(solver, named_first, binding, verifier)
+    parts = None
+    setting = None
+    drift = None
+    slopes: list[SensitivityRecord] = []
+    decided = None
+    if chosen is not None:
+        setting = setting_record(question, chosen, named.verified.get(chosen.row.item()))
+        drift = drift_record(question, chosen)
+        slopes = sensitivities(*_nominal(solver, chosen))
+        decided = decision_record(named.question, notes, before_proofs, chosen, setting.accuracy)
+        if ends is not None:
+            parts = parts_record(solver, chosen, ends)
+    best = {column: named.records(choice)[0] for column, choice in named.best.items()}
+    record = AnswerResults(
+        question=question_record(question),
+        choices=sum(note["choices"] for note in notes),
+        conditions=len(question.conditions),
+        feasible=sum(note["feasible"] for note in notes) - lost,
+        trade_offs=[*_trade_offs(named, relevant, certificates)],
+        serve=question.serve,
+        verified_by=None if verifier is None else fresh_record(verifier.sample),
+        goals=[goal_record(goal) for goal in question.goals],
+        best=next(iter(best.values()), None),
+        best_by={column: row for column, row in best.items() if column and not question.goals},
+        decided=decided,
+        given_up=named.given_up,
+        window_for_all=None if ends is None else _window_for_all(question, ends),
+        front=[] if named.front is None else named.records(named.front),
+        setting=setting,
+        drift=drift,
+        parts_needed=parts,
+        sensitivities=slopes,
+        assumed=_assumed(solver, named_first, relevant, verifier, judged, slopes),
+        listed=_listed(solver, named_first, judged),
+        of_paper=question.study.of_paper,
+        checks=_checks(solver, named_first),
+        between_samples=between,
+        proved=[] if proved is None else named.records(proved),
+        conflicts=[*_conflicts(solver, named, of_own_sample, conflicts)],
+        fixes=[*help_.fixes],
+        would_take=[*help_.relaxations],
+        notes=[*_notes(question, verifier), *help_.notes],
+        population=None,
+    )
     row_of_first = named.records(named_first)[0]
-    record["question"] = with_named_rows(record["question"], (record, row_of_first))
+    record.question = with_named_rows(record.question, (record, row_of_first))
     return Made(record, named_first, row_of_first, judged)
+
+
+def _set_by_second_sample(solver: Solver, choices: Solutions) -> Solutions:
+    """Return choices as a second and larger sample sets them, if the question has one."""
+    second = Verifier.of(solver, second=True) if solver.question.sets_by_sample else None
+    return choices if second is None else second.set_choices(choices)
 
 
 class WithProofs(NamedTuple):
@@ -308,7 +343,7 @@ def _with_proofs(solver: Solver, relevant: Solutions, to_prove: Rows, report: Re
         report: Called as each proof goes on.
     """
     while True:
-        named = NamedChoices.of(solver.question, relevant)
+        named = NamedChoices.of(solver.question.of_second_sample(), relevant)
         certificates: Certificates = {}
         named.certify(solver, certificates, report)
         proved = None
@@ -357,7 +392,7 @@ def _trade_offs(
                 (record,) = named.records(proved)
             best.append(record)
         values = [value_at(axes[key], place) for place in range(len(axes[key]))]
-        yield {"key": key, "column": axes[key].column, "values": values, "best": best}
+        yield TradeOffRecord(key=key, column=axes[key].column, values=values, best=best)
 
 
 def _between_samples(
@@ -365,27 +400,26 @@ def _between_samples(
 ) -> BetweenSamples:
     """Return the record of all proofs, with the scope and curves of the choice named first."""
     scope = of_chosen.scope
-    of_each: list[ChoiceCertificate] = [
-        {"choice": row, **_certificate_record(certificate)}
+    of_each = [
+        ChoiceCertificate(
+            status=certificate.status,
+            cells=certificate.cells,
+            margin=certificate.margin,
+            estimate=certificate.estimate,
+            choice=row,
+        )
         for row, certificate in certificates.items()
     ]
-    return {
-        **_certificate_record(of_chosen),
-        "choices": of_each,
-        "method": PROOF_METHOD,
-        "scope": scope_words(scope.angles, scope.ranges, _times(solver.question)),
-        "curves": curves_of(solver, chosen, of_chosen.ends),
-    }
-
-
-def _certificate_record(certificate: Certificate) -> CertificateRecord:
-    """Return the record of the proof of one choice."""
-    return {
-        "status": certificate.status,
-        "cells": certificate.cells,
-        "margin": certificate.margin,
-        "estimate": certificate.estimate,
-    }
+    return BetweenSamples(
+        status=of_chosen.status,
+        cells=of_chosen.cells,
+        margin=of_chosen.margin,
+        estimate=of_chosen.estimate,
+        choices=of_each,
+        method=PROOF_METHOD,
+        scope=scope_words(scope.angles, scope.ranges, _times(solver.question)),
+        curves=curves_of(solver, chosen, of_chosen.ends),
+    )
 
 
 def _times(question: Question) -> tuple[float, float] | None:
@@ -397,8 +431,8 @@ def _times(question: Question) -> tuple[float, float] | None:
     return float(counted[0]), float(counted[-1])
 
 
-def _checks(solver: Solver, choice: Solutions) -> Checked:
-    """Return the checks of a choice at its pretension, as an entry of the record.
+def _checks(solver: Solver, choice: Solutions) -> ChecksRecord | None:
+    """Return the checks of a choice at its pretension, None without a trajectory.
 
     A choice without a window is checked at the pretension that it asks for, or else at the study's.
     """
@@ -408,41 +442,76 @@ def _checks(solver: Solver, choice: Solutions) -> Checked:
     at_pretension = choice.points.at_pretension(pretension)
     designs = (design for _, _, design in solver.portions(at_pretension))
     check = check_of_designs(solver.question.study, designs)
-    return {} if check is None else {"checks": {"cutoff": check}}
+    return None if check is None else ChecksRecord(cutoff=check)
+
+
+def _nominal(solver: Solver, choice: Solutions) -> tuple[Solver, Solutions]:
+    """Return the solver of the suit without deviations where these are drawn, and its solution."""
+    question = solver.question
+    if not question.study.usual:
+        return solver, choice
+    others = tuple(axis for axis in question.conditions.axes if axis.role != "draw")
+    exact = replace(question, conditions=Space(others), serve=1.0, enough=1.0, sets_by_sample=False)
+    of_suit = solver.for_question(exact)
+    return of_suit, solve(of_suit, choice.points)
+
+
+def _listed(solver: Solver, choice: Solutions, judged: Verified | None) -> list[ListedRecord]:
+    """Return the pretensions that a study lists, judged with one choice.
+
+    A fresh sample judges, or without one the conditions.
+    """
+    question = solver.question
+    stated = question.study.numbers[PRETENSION]
+    if not stated.is_axis or len(stated) > _MOST_LISTED:
+        return []
+    low, high = judged.windows if judged is not None else _windows_of(solver, choice)
+    weights = np.ones(len(low)) if judged is None else judged.sample.weighting
+    repeated = choice.points.select(np.zeros(len(stated), dtype=np.int64))
+    readings = as_read(question, repeated, stated.array)
+    records = []
+    for pretension, reading in zip(stated.array.tolist(), readings.tolist(), strict=True):
+        share = float(normalise(weights) @ serves(low, high, reading))
+        records.append(ListedRecord(pretension=pretension, reading=reading, served=min(share, 1.0)))
+    return records
+
+
+def _windows_of(solver: Solver, choice: Solutions) -> tuple[Array, Array]:
+    """Return the ends of the windows of one choice under each group, (groups,) each, N."""
+    ends = solver.ends(choice.points)
+    low, high = solver.question.groups.windows(ends.low, ends.high)
+    return low[0], high[0]
+
+
+def _assumed(
+    solver: Solver,
+    choice: Solutions,
+    others: Solutions,
+    verifier: Verifier | None,
+    judged: Verified | None,
+    slopes: list[SensitivityRecord],
+) -> list[AssumedRecord]:
+    """Return what an answer assumes, what moves the window most first.
+
+    Args:
+        solver: Solver of the question.
+        choice: The choice that is named first.
+        others: All choices that may be named.
+        verifier: Judge; None without a fresh sample.
+        judged: Its judgement of the choice.
+        slopes: Derivatives of the ends of the window.
+    """
+    question = solver.question
+    if verifier is None or judged is None:
+        return largest_first(exact_numbers(question, slopes))
+    numbers = verifier.sample.axis.numbers
+    assumed = drawn_deviations(question, choice, numbers, *judged.windows)
+    if question.study.usual and not is_sought(question):
+        assumed += taken_as_given(solver, choice, others)
+    return largest_first(assumed)
 
 
 # --- The record -----------------------------------------------------------------------------------
-
-
-def _best_record(
-    solver: Solver, named: NamedChoices, chosen: Solutions | None, ends: Ends | None
-) -> BestRecord:
-    """Return the record of the best choices, and of the first of them on the bench, in SI."""
-    question = solver.question
-    best = {column: named.records(choice)[0] for column, choice in named.best.items()}
-    record: BestRecord = {
-        "goals": [goal_record(goal) for goal in question.goals],
-        "best": next(iter(best.values()), None),
-        "best_by": {column: row for column, row in best.items() if column and not question.goals},
-        "decided": None,
-        "given_up": named.given_up,
-        "window_for_all": None if ends is None else _window_for_all(question, ends),
-        "front": [] if named.front is None else named.records(named.front),
-        "setting": None,
-        "drift": None,
-        "parts_needed": None,
-        "sensitivities": [],
-        "taken_as_exact": [],
-    }
-    if chosen is not None:
-        judged = named.verified.get(chosen.row.item())
-        record["setting"] = setting_record(question, chosen, judged)
-        record["drift"] = drift_record(question, chosen)
-        if ends is not None:
-            record["parts_needed"] = parts_record(solver, chosen, ends)
-        record["sensitivities"] = sensitivities(solver, chosen)
-        record["taken_as_exact"] = exact_numbers(question, record["sensitivities"])
-    return record
 
 
 def _window_for_all(question: Question, ends: Ends) -> list[float | None] | None:
@@ -463,57 +532,8 @@ def _notes(question: Question, verifier: Verifier | None) -> Iterator[str]:
         is_wanted = question.study.design.verify > 0
         yield note_without_fresh_sample(question.groups.noun, is_wanted=is_wanted)
     choices = len(question.choices)
-    if candidates.leaves_out(question):
-        yield note_on_worst_values(choices)
     if columns_of_motion(question.study) and not affords_motion(question, choices):
         yield note_on_motion(choices)
-
-
-def _remedies(
-    solver: Solver,
-    relevant: Solutions,
-    conflicts: Counter[LimitPair],
-    verifier: Verifier | None,
-) -> Remedies:
-    """Return fixes, relaxations, and notes on them, where no choice has a window."""
-    question = solver.question
-    groups = question.groups
-    closest = candidates.nearest(question, relevant)
-    tried = sampled(question, closest)
-    notes = []
-    if len(tried.groups) < len(groups):
-        notes.append(note_on_remedies(len(tried.groups), len(groups), groups.noun))
-    limits = {limit for pair in conflicts for limit in pair}
-    points = choices_to_relax_for(question)
-    search = None
-    if verifier is not None:
-        judge = verifier.thinned(members_to_judge(verifier.solver.question))
-        search = FreshSearch(judge, solver)
-        if len(judge.sample) < len(verifier.sample):
-            notes.append(note_on_judges(len(judge.sample), fresh_record(verifier.sample)))
-    return Remedies(
-        fixes(solver.for_question(tried), closest, search),
-        relaxations(solver, limits, points, search),
-        notes,
-    )
-
-
-def _remedies_of_refuted(search: FreshSearch, chosen: Solutions) -> Remedies:
-    """Return fixes and relaxations for a choice that the fresh sample refutes.
-
-    If it serves enough at another pretension, they are needed only where it cannot be built there.
-    """
-    if search.has_window and search.can_be_built_within(chosen):
-        return Remedies()
-    solver = search.verifier.solver
-    codes = (chosen.from_binding.by[0], chosen.to_binding.by[0])
-    limits = {LIMIT_NAMES[code] for code in codes if code != NOTHING}
-    changed = fixes(solver, chosen, search)
-    relaxed = relaxations(solver, limits, chosen.points, search)
-    if search.has_window:
-        changed = [fix for fix in changed if fix["after"] is not None]
-        relaxed = [demand for demand in relaxed if demand["after"] is not None]
-    return Remedies(changed, relaxed)
 
 
 def _conflicts(
@@ -528,13 +548,13 @@ def _conflicts(
     for pair, count in sorted(conflicts.items(), key=lambda of_pair: (-of_pair[1], of_pair[0])):
         closest = candidates.nearest(named.question, relevant.select(rows_of_pairs[pair]))
         gap = float(closest.pretension_from[0]) - float(closest.pretension_to[0])
-        yield {
-            "limits": list(pair),
-            "choices": count,
-            "gap": finite_or_none(gap),
-            "nearest": named.records(closest)[0],
-            "fails": _failing_conditions(solver, closest),
-        }
+        yield ConflictRecord(
+            limits=list(pair),
+            choices=count,
+            gap=finite_or_none(gap),
+            nearest=named.records(closest)[0],
+            fails=_failing_conditions(solver, closest),
+        )
 
 
 def _failing_conditions(solver: Solver, choice: Solutions) -> list[Values]:
@@ -549,9 +569,9 @@ def _failing_conditions(solver: Solver, choice: Solutions) -> list[Values]:
 
 def named_rows(record: AnswerResults) -> list[ChoiceRecord]:
     """Return the choices that a record names, in the order of their rows in the table."""
-    rows = [*record["proved"]]
-    if record["best"]:
-        rows.append(record["best"])
-    rows += [*record["best_by"].values(), *record["front"]]
-    named = {row["choice"]: row for row in rows}
+    rows = [*record.proved]
+    if record.best:
+        rows.append(record.best)
+    rows += [*record.best_by.values(), *record.front]
+    named = {row.choice: row for row in rows}
     return [named[choice] for choice in sorted(named)]

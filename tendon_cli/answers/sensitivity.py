@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tendon_cli.answer_record import IndexRecord, SensitivityRecord, SobolRecord
-from tendon_cli.answers.text_people import input_words
+from tendon_cli.answers.phrases import input_words
 from tendon_cli.model.bounds import Bounds, limit_end
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Spline
@@ -38,6 +38,7 @@ from tendon_cli.space.axis import (
 )
 from tendon_cli.space.space import Space
 from tendon_cli.studies.study import keys
+from tendon_cli.studies.usual import drawn_numbers
 from tendon_cli.studies.values import quantile
 from tendon_cli.windows.coverage import normalise
 from tendon_cli.windows.points import Points
@@ -98,9 +99,9 @@ def sensitivities(solver: Solver, choice: Solutions) -> list[SensitivityRecord]:
         if _has_slopes(choice, end)
         for record in _of_end(solver.question, choice, end, numbers[end], changed.get(end, {}))
     ]
-    known = [record for record in records if np.isfinite(record["slope"])]
+    known = [record for record in records if np.isfinite(record.slope)]
     # Numbers that act alike, such as the length of a tendon and its modulus, keep their order.
-    return sorted(known, key=lambda record: -float(f"{abs(record['per_percent']):.9g}"))
+    return sorted(known, key=lambda record: -float(f"{abs(record.per_percent):.9g}"))
 
 
 def _solver_of_group(solver: Solver, choice: Solutions, end: End) -> Solver:
@@ -162,14 +163,14 @@ def _of_end(
         key: str, value: float, derivative: float, *, steady: bool = True
     ) -> SensitivityRecord:
         """Return the record of one number, SI, and the derivative of the end by it."""
-        return {
-            "end": end,
-            "key": key,
-            "value": value,
-            "slope": derivative,
-            "steady": steady,
-            "per_percent": derivative * value / 100.0,
-        }
+        return SensitivityRecord(
+            end=end,
+            key=key,
+            value=value,
+            slope=derivative,
+            steady=steady,
+            per_percent=derivative * value / 100.0,
+        )
 
     derivatives = dict.fromkeys(values, math.nan)
     if code != POWER and values:
@@ -443,14 +444,14 @@ def sobol(
         first, total = _saltelli(centred)
         of_inputs: dict[str, IndexRecord] = {}
         for place, key in enumerate(inputs):
-            of_inputs[key] = {
-                "name": input_words(key),
-                "first": float(first[place]),
-                "first_standard_error": float(first_error[place]),
-                "total": float(total[place]),
-                "total_standard_error": float(total_error[place]),
-            }
-        yield {"end": name, "standard_deviation": float(np.std(values[0])), "inputs": of_inputs}
+            of_inputs[key] = IndexRecord(
+                name=input_words(key),
+                first=float(first[place]),
+                first_standard_error=float(first_error[place]),
+                total=float(total[place]),
+                total_standard_error=float(total_error[place]),
+            )
+        yield SobolRecord(end=name, standard_deviation=float(np.std(values[0])), inputs=of_inputs)
 
 
 def _saltelli(values: Array) -> Array:
@@ -478,11 +479,12 @@ def indices(solver: Solver, points: Points) -> list[SobolRecord]:
     question = solver.question
     study = question.study
     drawing = study.drawing
-    if drawing is None:
-        return []
+    if drawing is None or study.usual:
+        return []  # the answer says what each deviation does to the window
     people = study.people.population if study.people is not None else None
     person_axis = question.axes.get(PERSON_AXIS)
-    inputs = tuple(study.uncertain)
+    laws = study.to_draw
+    inputs = tuple(laws)
     if person_axis is not None and len(person_axis) > 1:
         inputs = (*inputs, BODY)
     others = [axis for axis in question.conditions.axes if axis.role != "draw"]
@@ -500,8 +502,8 @@ def indices(solver: Solver, points: Points) -> list[SobolRecord]:
             rows = np.searchsorted(up_to, places[:, -1], side="right")
             persons = np.minimum(rows, len(people) - 1)
             drawn |= {key: values[persons] for key, values in person_axis.numbers.items()}
-        for place, (key, known) in enumerate(study.uncertain.items()):
-            drawn[key] = quantile(known, places[:, place])
+        of_laws = {key: quantile(law, places[:, at]) for at, (key, law) in enumerate(laws.items())}
+        drawn |= drawn_numbers(study, of_laws)
         axis = replace(Axis.of_points(drawn), key=DRAW_AXIS, role="draw")
         varied = replace(question, conditions=Space((axis, *others)).grouped())
         windows = solver.for_question(varied).ends(points)

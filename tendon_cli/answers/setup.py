@@ -75,20 +75,20 @@ def setting_record(
     too_long = (pretension - max(low, 0.0)) / per_length
     too_short = (high - pretension) / per_length
     is_within = too_long >= 0.0 and too_short >= 0.0
-    return {
-        "angle": float(posture.angle.array[0]),
-        "upper_arm_angle": float(posture.upper_arm_angle.array[0]),
-        "load": float(posture.load.array[0]),
-        "after": posture.after,
-        "read": posture.read,
-        "on_wearer": wearer_axis(question.study) is not None,
-        "newtons_per_metre": float(of_designs(pretension_per_length(design), 1)[0]),
-        "read_per_metre": per_length,
-        "accuracy": reserve / per_length,
-        "reserve": reserve,
-        "too_long": too_long if is_within else None,
-        "too_short": finite_or_none(too_short) if is_within else None,
-    }
+    return SettingRecord(
+        angle=float(posture.angle.array[0]),
+        upper_arm_angle=float(posture.upper_arm_angle.array[0]),
+        load=float(posture.load.array[0]),
+        after=posture.after,
+        read=posture.read,
+        on_wearer=wearer_axis(question.study) is not None,
+        newtons_per_metre=float(of_designs(pretension_per_length(design), 1)[0]),
+        read_per_metre=per_length,
+        accuracy=reserve / per_length,
+        reserve=reserve,
+        too_long=too_long if is_within else None,
+        too_short=finite_or_none(too_short) if is_within else None,
+    )
 
 
 def drift_record(question: Question, choice: Solutions) -> DriftRecord | None:
@@ -97,13 +97,13 @@ def drift_record(question: Question, choice: Solutions) -> DriftRecord | None:
     if beyond is None:
         return None
     pretension, drifted = beyond
-    return {
-        "pretension": pretension,
-        "start": drifted.start,
-        "end": drifted.end,
-        "torque": drifted.torque,
-        "balanced": drifted.balanced,
-    }
+    return DriftRecord(
+        pretension=pretension,
+        start=drifted.start,
+        end=drifted.end,
+        torque=drifted.torque,
+        balanced=drifted.balanced,
+    )
 
 
 def drift_of(question: Question, choice: Solutions) -> tuple[float, Drift] | None:

@@ -16,6 +16,7 @@ from tendon_cli import say
 from tendon_cli.answer_record import ChoiceRecord
 from tendon_cli.answers.people import GroupWindows, people_of
 from tendon_cli.answers.setup import SETTING_COLUMNS, settings
+from tendon_cli.answers.text_bench import SET_AT_JOINT
 from tendon_cli.engine.plan import columns_of_motion
 from tendon_cli.engine.table_columns import (
     axis_column,
@@ -31,13 +32,14 @@ from tendon_cli.space.axis import Axis, split_side
 from tendon_cli.space.space import Space
 from tendon_cli.studies.values import RIGID
 from tendon_cli.tables.schema import Column, finite_or_none, stored_values
+from tendon_cli.typed_record import to_json
 from tendon_cli.windows.advice import ADVICE
 from tendon_cli.windows.by_choice import ColumnArrays
 from tendon_cli.windows.coverage import share_served
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question
-from tendon_cli.windows.solutions import End, Solutions
-from tendon_cli.windows.study_arm import study_arm
+from tendon_cli.windows.solutions import ENDS, End, Solutions
+from tendon_cli.windows.study_arm import own_f0, study_arm
 from tendon_cli.windows.worst import WORST
 
 _LIMITS = ("", *LIMIT_NAMES)
@@ -54,12 +56,14 @@ _BINDS = tuple(
     Column(f"{end}_condition", "count", "1", "row of conditions that binds")
     for end in ("from", "to")
 )
+FLEXOR_TO_SET = SET_AT_JOINT[0]
+"""Column of the tension to set in the flexor at the joint; with an end, of that at an end."""
 _SEX = Column("sex", "text", "1", "sex", choices=("male", "female"))
 
 
 def choice_columns(question: Question) -> tuple[Column, ...]:
     """Return the columns of `choices.parquet`, those that say what a choice is first."""
-    read = question.study.setting.read
+    read = question.column_read
     return (*_row_columns(question.choices, read), *_solved_columns(question))
 
 
@@ -68,7 +72,7 @@ def _solved_columns(question: Question) -> tuple[Column, ...]:
     directions = ("", *question.study.motion.direction)
     or_impossible = "or what no pretension could keep"
     of_state = "direction of the state that binds; empty where the limit belongs to none"
-    read = question.study.setting.read
+    read = question.column_read
     return (
         *_of_quantities("pretension_from", "pretension_to", read=read),
         Column(
@@ -137,15 +141,15 @@ def choice_rows(question: Question, choices: Solutions) -> ColumnArrays:
     return {
         **choices.points.columns,
         **_set_by_names(question.choices, question.choices.at(choices.points.numbers)),
-        "pretension_from": choices.pretension_from,
-        "pretension_to": _finite(choices.pretension_to),
+        "pretension_from": own_f0(question, choices.points, choices.pretension_from),
+        "pretension_to": _finite(own_f0(question, choices.points, choices.pretension_to)),
         "windows": choices.windows,
         "tolerance": choices.tolerance,
         **_of_end(question, choices, "from"),
         **_of_end(question, choices, "to"),
         "served": np.where(counts, choices.served, np.nan),
         "served_at": np.where(counts, choices.served_at, np.nan),
-        "pretension": choices.pretension,
+        "pretension": own_f0(question, choices.points, choices.pretension),
         **{name: getattr(choices.worst, name) for name in WORST},
         **{
             name: choices.worst.motion.get(name, unknown)
@@ -153,6 +157,7 @@ def choice_rows(question: Question, choices: Solutions) -> ColumnArrays:
         },
         "advice": choices.advice,
         **settings(study_arm(question, at_pretension), _to_set(question, choices), len(choices)),
+        **{f"{FLEXOR_TO_SET}_{end}": _flexor_at(question, choices, end) for end in ENDS},
         "tolerance_length": _finite(choices.tolerance_length),
         "between_samples": choices.between_samples,
         "feasible": choices.feasible,
@@ -175,17 +180,27 @@ def completed_rows(
     columns = choice_columns(question)
     values = {column.name: stored_values(column, part.column(column.name)) for column in columns}
     flat_rows = [flat(record) for record in named]
-    places = [row["choice"] - rows.start for row in named]
+    places = [row.choice - rows.start for row in named]
     for column in _solved_columns(question):
         values[column.name][places] = [as_value(column, row[column.name]) for row in flat_rows]
     return values
 
 
 def _to_set(question: Question, choices: Solutions) -> Array:
-    """Return the pretensions to set, N; NaN for a choice without a window, unless it is given."""
-    if question.placement.given is not None:
+    """Return the pretensions to set, N; NaN for a choice without a window, unless it is given.
+
+    Where suits are drawn, a choice without a window is set to what serves most of them.
+    """
+    if question.placement.given is not None or question.sets_by_sample:
         return choices.pretension
     return np.where(choices.has_window, choices.pretension, np.nan)
+
+
+def _flexor_at(question: Question, choices: Solutions, end: End) -> Array:
+    """Return what a gauge in the flexor at the joint shows at an end of windows, (choices,), N."""
+    ends = _finite(choices.pretension_at(end))
+    at_end = study_arm(question, choices.points.at_pretension(np.nan_to_num(ends)))
+    return settings(at_end, ends, len(choices))[FLEXOR_TO_SET]
 
 
 def _of_end(question: Question, choices: Solutions, end: End) -> ColumnArrays:
@@ -211,7 +226,7 @@ def _of_end(question: Question, choices: Solutions, end: End) -> ColumnArrays:
 def condition_columns(question: Question) -> tuple[Column, ...]:
     """Return the columns of `conditions.parquet`."""
     weighting = Column("weighting", "number", "1", "how much the condition counts in a share")
-    read = question.study.setting.read
+    read = question.column_read
     return (*_row_columns(question.conditions, read), weighting)
 
 
@@ -238,7 +253,7 @@ def person_columns(question: Question, axis: Axis) -> tuple[Column, ...]:
         *sex,
         Column("weighting", "number", "1", "how much it counts in a share"),
         *_of_quantities(*dimensions),
-        *_of_quantities("pretension_from", "pretension_to", read=question.study.setting.read),
+        *_of_quantities("pretension_from", "pretension_to", read=question.column_read),
         Column("from_by", "text", "1", "limit that binds below", choices=_LIMITS),
         Column("to_by", "text", "1", "limit that binds above", choices=_LIMITS),
         *_BINDS,
@@ -278,8 +293,8 @@ def person_rows(
     rows: ColumnArrays = {
         axis.column: np.arange(count),
         "weighting": weighting,
-        "pretension_from": low,
-        "pretension_to": _finite(high),
+        "pretension_from": _own_f0_of_one(question, points, low),
+        "pretension_to": _own_f0_of_one(question, points, _finite(high)),
         "from_by": windows.low_by[low_group].astype(np.int64) + 1,
         "to_by": windows.high_by[high_group].astype(np.int64) + 1,
         "from_condition": windows.low_condition[low_group],
@@ -298,6 +313,12 @@ def person_rows(
     for name, values in settings(design, set_to, len(axis)).items():
         rows[name] = values.reshape(count, -1).mean(axis=1)
     return rows
+
+
+def _own_f0_of_one(question: Question, points: Points, readings: Array) -> Array:
+    """Return readings of one choice as columns of pretension have them, (readings,), N."""
+    repeated = points.select(np.zeros(len(readings), dtype=np.int64))
+    return own_f0(question, repeated, readings)
 
 
 def _person_windows(
@@ -348,9 +369,10 @@ def _of_quantities(*names: str, read: str = F0) -> tuple[Column, ...]:
 
 def _settings_of_choices() -> tuple[Column, ...]:
     """Return the columns of the tensions to set, which say when they are null."""
+    ends = (f"{FLEXOR_TO_SET}_{end}" for end in ENDS)
     return tuple(
         replace(column, long_name=f"{column.long_name}; null without a window, see from_by, to_by")
-        for column in _of_quantities(*SETTING_COLUMNS)
+        for column in _of_quantities(*SETTING_COLUMNS, *ends)
     )
 
 
@@ -408,11 +430,11 @@ def _as_list(column: Column, values: np.ndarray[Any, Any]) -> list[Any]:
 
 def flat(record: ChoiceRecord) -> dict[str, Any]:
     """Return a recorded choice with the judgement of a fresh sample in columns of its own."""
-    judged = record["served_verified"]
+    judged = record.served_verified
     values: Sequence[float | None] = [None] * len(VERIFIED)
     if judged is not None:
-        values = [judged["value"], *judged["interval_95"], judged["from"], judged["to"]]
-    return {**record, **dict(zip(VERIFIED, values, strict=True))}
+        values = [judged.value, *judged.interval_95, judged.from_, judged.to]
+    return {**to_json(record), **dict(zip(VERIFIED, values, strict=True))}
 
 
 def as_value(column: Column, value: Any) -> Any:

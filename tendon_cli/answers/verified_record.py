@@ -14,19 +14,19 @@ if TYPE_CHECKING:
 
 def fresh_record(sample: FreshSample) -> FreshRecord:
     """Return the record of a fresh sample."""
-    return {
-        "count": len(sample),
-        "persons": sample.persons,
-        "kind": "persons" if sample.draws_persons else "draws",
-    }
+    return FreshRecord(
+        count=len(sample),
+        persons=sample.persons,
+        kind="persons" if sample.draws_persons else "draws",
+    )
 
 
 def verified_record(judged: Verified) -> VerifiedRecord:
     """Return the record of the judgement on a choice."""
-    return {
-        "value": judged.value,
-        "interval_95": [*judged.interval],
-        "of": len(judged.sample),
-        "from": finite_or_none(judged.low),
-        "to": finite_or_none(judged.high),
-    }
+    return VerifiedRecord(
+        value=judged.value,
+        interval_95=[*judged.interval],
+        of=len(judged.sample),
+        from_=finite_or_none(judged.low),
+        to=finite_or_none(judged.high),
+    )

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tendon_cli import say
-from tendon_cli.answer_record import as_answer
-from tendon_cli.answers.text_first import first_words
+from tendon_cli.answer_record import as_answer, as_read, holds
+from tendon_cli.answers.text import first_words
 from tendon_cli.checks.check_text import NEGATIVE, CheckResult, finite
 from tendon_cli.engine.results import Result
 
@@ -14,30 +14,31 @@ from tendon_cli.engine.results import Result
 def check_answer(answer: Result, _worst: int) -> CheckResult:
     """Check that the choice named first keeps the limits for as many as the study asks for.
 
-    If a fresh sample judges it, this sample decides.
+    If a fresh sample judges it, this sample decides. A suit that cannot be set does not hold.
     """
     record = as_answer(answer.record)
-    best = record["best"]
-    choices = record["choices"]
-    feasible = record["feasible"]
-    conflicts = record["conflicts"]
-    holds = best is not None and best["feasible"]
+    best = record.best
+    choices = record.choices
+    feasible = record.feasible
+    conflicts = record.conflicts
+    is_held = holds(record)
     have = "has" if feasible == 1 else "have"
     counted = say.counted(choices, "choice")
-    lines = [f"{record['name']}: {feasible:,} of {counted} {have} a window of pretension"]
-    if best is not None:
-        lines.append(f"  {say.name_joint(first_words(record, best), record['question']['joint'])}")
+    lines = [f"{record.name}: {feasible:,} of {counted} {have} a window of pretension"]
+    read = as_read(record)
+    if read.best is not None:
+        lines.append(f"  {say.name_joint(first_words(read, read.best), read.question.joint)}")
     else:
-        lines += [f"  {_conflict_words(conflict['limits'])}" for conflict in conflicts]
+        lines += [f"  {_conflict_words(conflict.limits)}" for conflict in conflicts]
     result = {
         "choices": choices,
         "feasible": feasible,
         "best": best,
         "conflicts": conflicts,
-        "holds": holds,
+        "holds": is_held,
     }
-    verdict = "the choice named first holds" if holds else NEGATIVE
-    return CheckResult(holds, "\n".join(lines), finite(result), verdict)
+    verdict = "the choice named first holds" if is_held else NEGATIVE
+    return CheckResult(is_held, "\n".join(lines), finite(result), verdict)
 
 
 def _conflict_words(limits: Sequence[str]) -> str:

@@ -140,5 +140,7 @@ def _change_words(number: Number) -> str:
         return f"{head}, first at {number.at}"
     if math.isinf(number.most):
         return f"{head}, null in one run only, first at {number.at}"
-    share = "" if math.isinf(number.change) else f" ({100.0 * number.change:.3g} % of its scale)"
+    share = ""
+    if math.isfinite(number.change):
+        share = f" ({say.number(100.0 * number.change, 3)} % of its scale)"
     return f"{head}, most by {shown(number.name, number.most)}{share} at {number.at}"

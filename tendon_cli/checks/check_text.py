@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from tendon_cli import say
 from tendon_cli.checks.markdown import escaped
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel, number
@@ -97,7 +98,7 @@ def _excess_text(breach: Record) -> str:
     side = "below" if limit.startswith("min_") else "above"
     text = f"has {column} {value}, {side} {bound}"
     if breach["bound"]:
-        text += f" by {100 * breach['excess']:.3g} %"
+        text += f" by {say.percent(breach['excess'])}"
     return text
 
 

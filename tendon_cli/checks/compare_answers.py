@@ -22,8 +22,8 @@ from tendon_cli.answers.paired import (
     unpaired_interval,
     why_other_draws,
 )
-from tendon_cli.answers.text import no_window_words
-from tendon_cli.answers.text_first import bench_words, first_words, suit_words
+from tendon_cli.answers.text import first_words, no_window_words
+from tendon_cli.answers.text_bench import bench_words, suit_words
 from tendon_cli.checks.compare_runs import MOST_NAMES, ROUNDING, judge
 from tendon_cli.checks.comparison_record import (
     BindingLimits,
@@ -62,19 +62,19 @@ class ComparedColumn(NamedTuple):
 
 
 COLUMNS = (
+    ComparedColumn("set_flexor_tension", "to set in the flexor", 0),
+    ComparedColumn("set_extensor_tension", "to set in the extensor", 0),
+    ComparedColumn("pretension", "pretension to set", 0),
     ComparedColumn("pretension_from", "window from", 0),
     ComparedColumn("pretension_to", "window to", 0),
     ComparedColumn("tolerance_length", "half of the window", 1),
-    ComparedColumn("pretension", "pretension to set", 0),
-    ComparedColumn("set_flexor_tension", "to set in the flexor", 0),
-    ComparedColumn("set_extensor_tension", "to set in the extensor", 0),
     ComparedColumn("max_tension", "largest tension", -1),
     ComparedColumn("max_contact_pressure", "strap pressure", -1),
     ComparedColumn("max_spring_extension", "spring travel", -1),
     ComparedColumn("peak_motor_torque", "motor torque", -1),
     ComparedColumn("min_elbow_stiffness", "least elbow stiffness", 1),
 )
-"""Columns that are compared, those of the window first."""
+"""Columns that are compared, those that a gauge shows first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +95,7 @@ class ComparedAnswer:
     @property
     def is_named_first(self) -> bool:
         """True if the choice is the one that the answer names first."""
-        best = self.record["best"]
+        best = self.record.best
         return best is not None and best == self.choice
 
     @property
@@ -103,7 +103,7 @@ class ComparedAnswer:
         """Values of the choice by the columns of its axes."""
         if self.choice is None:
             return {}
-        columns = [axis["column"] for axis in self.record["question"]["choices"]]
+        columns = [axis.column for axis in self.record.question.choices]
         return {column: value_of(self.choice, column) for column in columns}
 
     def value(self, name: str) -> float | None:
@@ -143,7 +143,7 @@ def compare_answers(
                 f"{label} has no window: its numbers are those of the choice that comes closest to "
                 "one, at the pretension that serves most."
             )
-    if any(one.record["population"] is not None for one in pair):
+    if any(one.record.population is not None for one in pair):
         notes.append(_LARGEST_OF_SAMPLE)
     first, second = (_side(one, label) for one, label in zip(pair, labels, strict=True))
     gained, lost = _moves(pair, paired, differences)
@@ -168,7 +168,7 @@ def _with_choices(answers: tuple[Answer, Answer], row: int | None) -> Pair:
         choices = (named_first(first), named_first(second))
     else:
         chosen = choice_in_row(answers[0], row)
-        choices = (chosen, same_choice(answers[1], chosen, first["question"]["choices"]))
+        choices = (chosen, same_choice(answers[1], chosen, first.question.choices))
     return (
         ComparedAnswer(answers[0], first, choices[0]),
         ComparedAnswer(answers[1], second, choices[1]),
@@ -181,41 +181,41 @@ def _side(one: ComparedAnswer, label: str) -> ComparedResult:
     return ComparedResult(
         label=label,
         folder=None if one.answer.folder is None else str(one.answer.folder),
-        name=record["name"],
-        title=record["title"],
-        verb=record["verb"],
-        study_hash=record["study_hash"],
+        name=record.name,
+        title=record.title,
+        verb=record.verb,
+        study_hash=record.study_hash,
         sentence=_sentence(one),
-        unit=record["question"]["unit"],
+        unit=record.question.unit,
     )
 
 
 def _sentence(one: ComparedAnswer) -> str:
     """Say what an answer says of the choice that is compared."""
     record = one.record
-    best = record["best"]
+    best = record.best
     if best is not None and one.is_named_first:
         return first_words(record, best)
     if one.choice is None or best is None:
         return no_window_words(record)
-    suit = suit_words(record["question"], one.choice)
-    return f"Choice {one.choice['choice']}: {suit.words}, set to {bench_words(record, one.choice)}."
+    suit = suit_words(record.question, one.choice)
+    return f"Choice {one.choice.choice}: {suit.words}, set to {bench_words(record, one.choice)}."
 
 
 def _binding(one: ComparedAnswer) -> BindingLimits | None:
     """Return the limits at both ends of the window, or of what comes nearest to one."""
     if one.choice is None:
         return None
-    question = one.record["question"]
-    judged = one.choice["served_verified"]
+    question = one.record.question
+    judged = one.choice.served_verified
     return BindingLimits(
-        lower=one.choice["from_by"],
-        upper=one.choice["to_by"],
+        lower=one.choice.from_by,
+        upper=one.choice.to_by,
         words=[
             phrases.lower_words(question, one.choice),
             phrases.upper_words(question, one.choice),
         ],
-        fresh=None if judged is None else (judged["from"], judged["to"]),
+        fresh=None if judged is None else (judged.from_, judged.to),
     )
 
 
@@ -226,12 +226,12 @@ def _numbers(pair: Pair, paired: PairedShares | None) -> Iterator[Number]:
     """Yield the quantities of both choices."""
     first, second = pair
     choices = [
-        None if one.choice is None else phrases.choice_words(one.record["question"], one.choice)
+        None if one.choice is None else phrases.choice_words(one.record.question, one.choice)
         for one in pair
     ]
     if any(choices):
         yield _word("choice", "choice", choices[0], choices[1])
-    does = [one.choice is not None and one.choice["feasible"] for one in pair]
+    does = [one.choice is not None and one.choice.feasible for one in pair]
     kept = _word("feasible", "keeps the limits for as many as asked", *does)
     yield kept
     where = first.axes if first.axes == second.axes else {}
@@ -241,8 +241,8 @@ def _numbers(pair: Pair, paired: PairedShares | None) -> Iterator[Number]:
             continue
         units = [_unit(column.name, one) for one in pair]
         label = column.label
-        if column.name == "pretension" and first.record["question"]["read"] != "pretension":
-            label = f"to set: {first.record['question']['read']}"
+        if column.name == "pretension" and first.record.question.read != "pretension":
+            label = f"to set: {first.record.question.read}"
         is_comparable = units[0] == units[1]
         yield Number(
             column.name,
@@ -259,7 +259,7 @@ def _numbers(pair: Pair, paired: PairedShares | None) -> Iterator[Number]:
     strap = _strap(pair)
     if strap is not None:
         yield strap
-    if any(one.record["population"] is not None for one in pair):
+    if any(one.record.population is not None for one in pair):
         yield _served(pair, paired)
 
 
@@ -294,7 +294,7 @@ def _unit(name: str, one: ComparedAnswer) -> str:
     """Return the SI unit of a column of an answer; pretensions are in the unit that is read."""
     quantity = QUANTITIES[name]
     if name in AS_READ:
-        quantity = in_unit_of_reading(quantity, one.record["question"]["read"])
+        quantity = in_unit_of_reading(quantity, one.record.question.read)
     return quantity.unit
 
 
@@ -334,7 +334,7 @@ def _length(one: ComparedAnswer) -> float:
     """Return half the window as a length of both tendons, m; 0 without a window."""
     if not one.has_window or one.choice is None:
         return 0.0
-    length = one.choice["tolerance_length"]
+    length = one.choice.tolerance_length
     return math.inf if length is None else length
 
 
@@ -342,24 +342,24 @@ def _fresh_ratio(one: ComparedAnswer) -> float | None:
     """Return the width of the fresh sample's window over that of the own; None without either."""
     if not one.has_window or one.choice is None:
         return None
-    judged = one.choice["served_verified"]
-    low = one.choice["pretension_from"]
-    high = one.choice["pretension_to"]
+    judged = one.choice.served_verified
+    low = one.choice.pretension_from
+    high = one.choice.pretension_to
     if judged is None or low is None or high is None or high == low:
         return None
-    if judged["from"] is None or judged["to"] is None:
+    if judged.from_ is None or judged.to is None:
         return None
-    return (judged["to"] - judged["from"]) / (high - low)
+    return (judged.to - judged.from_) / (high - low)
 
 
 def _strap(pair: Pair) -> Number | None:
     """Return the least width of the strap, if both answers name their choice first and have one."""
     widths = []
     for one in pair:
-        parts = one.record["parts_needed"]
-        if not one.is_named_first or parts is None or parts["strap"] is None:
+        parts = one.record.parts_needed
+        if not one.is_named_first or parts is None or parts.strap is None:
             return None
-        widths.append(parts["strap"]["least_width"])
+        widths.append(parts.strap.least_width)
     a, b = widths
     return Number(
         "contact_width",
@@ -383,7 +383,7 @@ def _paired(pair: Pair, notes: list[str], label: str) -> PairedShares | None:
     Answers without persons and draws have nothing to pair, and need no note.
     """
     first, second = pair
-    if first.record["population"] is None or second.record["population"] is None:
+    if first.record.population is None or second.record.population is None:
         return None
     if first.choice is None or second.choice is None:
         return None
@@ -441,28 +441,28 @@ def _served(pair: Pair, paired: PairedShares | None) -> Number:
 
 def _counted(one: ComparedAnswer) -> str:
     """Return the noun for what an answer counts: "persons", "draws", "conditions"."""
-    fresh = one.record["verified_by"]
-    return one.record["question"]["counted"] if fresh is None else fresh["kind"]
+    fresh = one.record.verified_by
+    return one.record.question.counted if fresh is None else fresh.kind
 
 
 def _share(one: ComparedAnswer) -> float | None:
     """Return the share that a choice serves: of the fresh sample if there is one."""
     if one.choice is None:
         return None
-    judged = one.choice["served_verified"]
-    return one.choice["served_at"] if judged is None else judged["value"]
+    judged = one.choice.served_verified
+    return one.choice.served_at if judged is None else judged.value
 
 
 def _span(one: ComparedAnswer) -> Sequence[float] | None:
     """Return the 95 % interval of the share that a choice serves; None without one."""
     if one.choice is None:
         return None
-    judged = one.choice["served_verified"]
+    judged = one.choice.served_verified
     if judged is not None:
-        return judged["interval_95"]
-    population = one.record["population"]
-    is_of_choice = population is not None and population["choice"] == one.choice["choice"]
-    return population["interval_95"] if population is not None and is_of_choice else None
+        return judged.interval_95
+    population = one.record.population
+    is_of_choice = population is not None and population.choice == one.choice.choice
+    return population.interval_95 if population is not None and is_of_choice else None
 
 
 def _moves(
@@ -472,10 +472,10 @@ def _moves(
     served = (_served_by_name(pair[0]), _served_by_name(pair[1]))
     before, now = served
     has_same_names = before is not None and now is not None and before.keys() == now.keys()
-    if has_same_names and "draw" in pair[0].record["question"]["counts"]:
+    if has_same_names and "draw" in pair[0].record.question.counts:
         has_same_names = why_other_draws(pair[0].answer.study, pair[1].answer.study) is None
-    axes = pair[0].record["question"]["conditions"]
-    drawn = tuple(f"table.{axis['column']}." for axis in axes if axis.get("drawn"))
+    axes = pair[0].record.question.conditions
+    drawn = tuple(f"table.{axis.column}." for axis in axes if axis.drawn)
     if any(difference.key.startswith(drawn) for difference in differences):
         has_same_names = False  # rows of the same names set other numbers
     moves: list[Move | None] = []
@@ -533,8 +533,8 @@ def _members(one: ComparedAnswer) -> str:
 
     It is empty if there is no such table, or if it is not of the choice that is compared.
     """
-    population = one.record["population"]
-    if population is None or one.choice is None or population["choice"] != one.choice["choice"]:
+    population = one.record.population
+    if population is None or one.choice is None or population.choice != one.choice.choice:
         return ""
     known = (*one.answer.tables, *one.answer.table_files)
     return next((name for name in ("persons", "draws") if {name, f"{name}.parquet"} & {*known}), "")
@@ -546,11 +546,11 @@ def _served_by_name(one: ComparedAnswer) -> dict[Member, bool] | None:
     A person of several draws is served if enough of them are. None without a table.
     """
     table = _members(one)
-    population = one.record["population"]
+    population = one.record.population
     if not table or population is None:
         return None
     rows = one.answer.table(table)
-    enough = one.record["serve"] if population["kind"] == "pairs" else 1.0
+    enough = one.record.serve if population.kind == "pairs" else 1.0
     served = as_numpy(rows.column("served")) >= enough - ROUNDING
     about = [
         rows.column(name).to_pylist()

@@ -148,20 +148,20 @@ class OverMotion:
 
 def over_motion(record: AnswerRecord) -> OverMotion | None:
     """Return the best choice's window over the motion; None if the record of an answer has none."""
-    between = record["between_samples"]
-    best = record["best"]
+    between = record.between_samples
+    best = record.best
     if between is None or best is None:
         return None
-    curves = between["curves"]
-    low = math.nan if best["pretension_from"] is None else best["pretension_from"]
-    high = math.inf if best["pretension_to"] is None else best["pretension_to"]
+    curves = between.curves
+    low = math.nan if best.pretension_from is None else best.pretension_from
+    high = math.inf if best.pretension_to is None else best.pretension_to
     top = _ROOM * (high if math.isfinite(high) else max(2.0 * low, 1.0))
-    is_in_time = curves["time"] is not None
-    angle = np.degrees(curves["elbow_angle"])
-    along = np.array(curves["time"]) if is_in_time else angle
-    samples = np.zeros(0) if is_in_time else np.degrees(curves["samples"])
-    lower = _arrays(curves["lower"])
-    upper = _arrays(curves["upper"])
+    is_in_time = curves.time is not None
+    angle = np.degrees(curves.elbow_angle)
+    along = np.array(curves.time) if is_in_time else angle
+    samples = np.zeros(0) if is_in_time else np.degrees(curves.samples)
+    lower = _arrays(curves.lower)
+    upper = _arrays(curves.upper)
     floor = np.fmax.reduce([*lower.values(), np.zeros(len(along))])
     roof = np.fmin.reduce([*upper.values(), np.full(len(along), np.inf)])
     floor_at_samples = np.interp(samples, along, floor)
@@ -170,7 +170,7 @@ def over_motion(record: AnswerRecord) -> OverMotion | None:
     return OverMotion(
         place=TIME if is_in_time else ANGLE,
         along=along,
-        does_count=~np.array(curves["at_record_end"] or np.zeros(len(along)), dtype=np.bool_),
+        does_count=~np.array(curves.at_record_end or np.zeros(len(along)), dtype=np.bool_),
         ends=(lower, upper),
         tightest=(floor, roof),
         samples=samples,
@@ -192,9 +192,9 @@ def _arrays(curves: Mapping[str, Any]) -> dict[str, Array]:
 
 def served_words(record: AnswerRecord) -> str:
     """Say what a window suits: "all conditions", "at least 95 % of the draws"."""
-    if record["serve"] >= 1.0:
+    if record.serve >= 1.0:
         return "all conditions"
-    return f"at least {say.percent(record['serve'])} of the {record['question']['counted']}"
+    return f"at least {say.percent(record.serve)} of the {record.question.counted}"
 
 
 def _scope_texts(
@@ -207,22 +207,22 @@ def _scope_texts(
         best: The choice that it names first.
         curves: Its lines.
     """
-    of_all = curves["all_conditions"]
+    of_all = curves.all_conditions
     pretension = "the pretension"
-    if best["pretension"] is not None:
-        pretension = f"{say.number(best['pretension'], 3)} {record['question']['unit']}"
+    if best.pretension is not None:
+        pretension = f"{say.number(best.pretension, 3)} {record.question.unit}"
     lines = "all conditions" if of_all else f"the conditions that {pretension} serves"
-    is_in_time = curves["time"] is not None
+    is_in_time = curves.time is not None
     place = "time" if is_in_time else "angle"
     window = "works at every angle"
     if is_in_time:
         window = "works at all times"
-    elif len(set(curves["elbow_angle"])) == 1:
+    elif len(set(curves.elbow_angle)) == 1:
         window = "works at this angle"
     room = f"works at that {place}" if of_all else f"works at that {place} for those served"
     remark = ""
-    if record["serve"] < 1.0:
-        share = f"at least {say.percent(record['serve'])}"
+    if record.serve < 1.0:
+        share = f"at least {say.percent(record.serve)}"
         window = f"{window} for {share}"
         remark = f" The window serves {served_words(record)}."
         if of_all:

@@ -10,16 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tendon_cli.answer_record import CutoffCheck
 from tendon_cli.engine.plan import Plan
 from tendon_cli.model.design import Design
 from tendon_cli.studies.study import Study
-
-if TYPE_CHECKING:
-    from tendon_cli.answer_record import CutoffCheck
 
 _CHANGES = 0.1
 """Share by which a peak must change to be decided by the cutoff."""
@@ -65,13 +62,13 @@ def check_of_designs(study: Study, designs: Iterable[Design]) -> CutoffCheck | N
     largest = np.fmax.reduce(np.array(demands), axis=0)  # (cutoffs, speed and power)
     cutoff = cutoff_of(study.motion)
     (speed, power), (lower_speed, lower_power) = largest.tolist()
-    return {
-        "cutoff": cutoff,
-        "lower": round(LOWER * cutoff, 12),
-        "peak_motor_speed": (_known(speed), _known(lower_speed)),
-        "peak_motor_power": (_known(power), _known(lower_power)),
-        "decides": _changes(speed, lower_speed) or _changes(power, lower_power),
-    }
+    return CutoffCheck(
+        cutoff=cutoff,
+        lower=round(LOWER * cutoff, 12),
+        peak_motor_speed=(_known(speed), _known(lower_speed)),
+        peak_motor_power=(_known(power), _known(lower_power)),
+        decides=_changes(speed, lower_speed) or _changes(power, lower_power),
+    )
 
 
 def _known(value: float) -> float | None:

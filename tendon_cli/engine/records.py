@@ -12,7 +12,7 @@ from typing import Any
 
 from tendon_cli.errors import FolderError
 from tendon_cli.files import read_file, write_whole
-from tendon_cli.registry import TaskKind, kind_of, kinds, tables_in_folders
+from tendon_cli.registry import TaskKind, kind_of, kinds, load, tables_in_folders
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.study_differences import study_differences
 from tendon_cli.tables.digest import file_sha256
@@ -117,6 +117,11 @@ def _is_sound(record: dict[str, Any], kind: TaskKind) -> bool:
         return False
     if type(record.get("seconds")) not in (int, float) or not math.isfinite(record["seconds"]):
         return False
+    if kind.reads and record["results_version"] == RESULTS_VERSION:
+        try:
+            load(kind.reads)(record)
+        except ValueError:
+            return False
     texts = [text for name in ("axes", "warnings", "notes") for text in record.get(name, ())]
     return (
         all(isinstance(text, str) for text in texts)

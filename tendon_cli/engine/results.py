@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
+from tendon_cli.answer_record import ChecksRecord
 from tendon_cli.display import Displayed
 from tendon_cli.engine.folder import look
 from tendon_cli.engine.plan import Plan
@@ -80,7 +81,7 @@ class Result(Displayed):
             whole: True for all that there is to say of the result.
         """
         record = self.record
-        took = ", up to date" if self.up_to_date else f" in {record['seconds']:.3g} s"
+        took = ", up to date" if self.up_to_date else f" in {say.number(record['seconds'], 3)} s"
         warnings = [f"warning: {warning}" for warning in record["warnings"]]
         files = ", ".join([*self.table_files, self.kind.record, *record["figures"]])
         option = self.kind.whole
@@ -156,15 +157,18 @@ class Run(Result):
             return f"{head}, up to date"
         drawing = ""
         if record.get("figure_seconds"):
-            drawing = f", figures in {record['figure_seconds']:.2g} s"
-        return f"{head} in {record['seconds']:.3g} s{drawing}"
+            drawing = f", figures in {say.number(record['figure_seconds'], 2)} s"
+        return f"{head} in {say.number(record['seconds'], 3)} s{drawing}"
 
     def facts(self) -> list[tuple[str, str]]:
         """Return the results of the run, each with its name."""
         record = self.record
         designs = record["designs"]
         feasible = say.share(record["feasible"], designs, "design")
-        decided = say.cutoff_words(record.get("checks"))
+        checks = None
+        if "checks" in record:
+            checks = ChecksRecord.from_json(record["checks"])
+        decided = say.cutoff_words(checks)
         facts = [("note", decided)] if decided else []
         facts += [
             ("feasible", f"{feasible}: taut, stable and within every limit"),

@@ -33,6 +33,7 @@ from tendon_cli.studies.checks import without_intervals
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column, TableLayout
 from tendon_cli.tables.write import Filler, RowTarget
+from tendon_cli.typed_record import to_json
 
 LeadingValues: TypeAlias = Mapping[str, npt.NDArray[Any]]
 """Values of the columns that say which design, or which state, a row is."""
@@ -217,7 +218,7 @@ class Sweep(Task):
             "feasible_choices": count_feasible_choices(
                 self.plan, (note["feasible"] for note in notes)
             ),
-            **({} if check is None else {"checks": {"cutoff": check}}),
+            **({} if check is None else {"checks": {"cutoff": to_json(check)}}),
         }
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:

@@ -11,13 +11,14 @@ import numpy as np
 from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, as_answer, named_first
 from tendon_cli.answers.answer import Answer
 from tendon_cli.answers.choice_rows import choice_in_row
-from tendon_cli.answers.text_first import suit_words
+from tendon_cli.answers.text_bench import suit_words
 from tendon_cli.errors import UsageError
 from tendon_cli.model.design import Design
 from tendon_cli.space.axis import SAMPLE_AXES, Numbers
 from tendon_cli.space.space import Space
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question, question_of
+from tendon_cli.windows.study_arm import as_read
 
 LOAD = "load.mass"
 
@@ -44,9 +45,9 @@ class ChosenSuit:
         """
         record = as_answer(answer.record)
         choice = named_first(record) if row is None else choice_in_row(answer, row)
-        if choice is None or choice["pretension"] is None:
+        if choice is None or choice.pretension is None:
             raise UsageError(
-                f"{record['name']}: this choice has no pretension, so there is nothing to export",
+                f"{record.name}: this choice has no pretension, so there is nothing to export",
                 where="--choice",
                 hint="`tendon show` lists the choices of an answer",
             )
@@ -55,14 +56,14 @@ class ChosenSuit:
     @property
     def words(self) -> str:
         """Name of the study with the choice: "suit: springs of 5 kN/m"."""
-        return f"{self.record['name']}: {suit_words(self.record['question'], self.choice).words}"
+        return f"{self.record.name}: {suit_words(self.record.question, self.choice).words}"
 
     @cached_property
     def points(self) -> Points:
         """The choice at its pretension."""
-        pretension = np.array([float(self.choice["pretension"] or 0.0)])
-        row = np.array([self.choice["choice"]])
-        return self.question.points(row).at_pretension(pretension)
+        pretension = np.array([float(self.choice.pretension or 0.0)])
+        points = self.question.points(np.array([self.choice.choice]))
+        return points.at_pretension(as_read(self.question, points, pretension))
 
     @cached_property
     def space(self) -> Space:

@@ -140,8 +140,8 @@ def _listed(suit: ChosenSuit) -> Iterator[ListedNumber]:
     """Yield the numbers of the study, then those that follow from them."""
     record = suit.record
     yield ListedNumber("tendon.version", __version__, "", "tendon")
-    yield ListedNumber("study.name", record["name"], "", "study")
-    yield ListedNumber("study.hash", record["study_hash"], "", "SHA-256 of the resolved study")
+    yield ListedNumber("study.name", record.name, "", "study")
+    yield ListedNumber("study.hash", record.study_hash, "", "SHA-256 of the resolved study")
     yield from _parts(suit)
     yield from _of_study(suit)
     yield from _worked_out(suit)
@@ -161,11 +161,11 @@ def _parts(suit: ChosenSuit) -> Iterator[ListedNumber]:
             if column.text(row):
                 value = column.text(row) if column.words else repr(float(column.values[row]))
                 yield ListedNumber(f"{axis.key}.{column.name}", value, column.unit, source)
-    for name, carried in suit.record["question"].get("carried", {}).items():
+    for name, carried in suit.record.question.carried.items():
         total = value_of(suit.choice, name)
-        if total is not None and len(carried["tables"]) > 1:
-            source = f"sum over the tables {', '.join(carried['tables'])}"
-            yield ListedNumber(name, repr(float(total)), carried["unit"], source)
+        if total is not None and len(carried.tables) > 1:
+            source = f"sum over the tables {', '.join(carried.tables)}"
+            yield ListedNumber(name, repr(float(total)), carried.unit, source)
 
 
 def _of_study(suit: ChosenSuit) -> Iterator[ListedNumber]:
@@ -251,13 +251,13 @@ def _worked_out(suit: ChosenSuit) -> Iterator[ListedNumber]:
 
 
 _FROM_ANSWER = (
-    "pretension",
-    "pretension_from",
-    "pretension_to",
     "set_flexor_tension",
     "set_extensor_tension",
     "set_flexor_tension_motor",
     "set_extensor_tension_motor",
+    "pretension",
+    "pretension_from",
+    "pretension_to",
     "tolerance_length",
     "max_tension",
     "max_spring_extension",
@@ -270,7 +270,7 @@ _FROM_ANSWER = (
 
 def _of_answer(suit: ChosenSuit) -> Iterator[ListedNumber]:
     """Yield what the answer says of the choice: what to set, and what its parts must bear."""
-    read = suit.record["question"]["read"]
+    read = suit.record.question.read
     for name in _FROM_ANSWER:
         value = value_of(suit.choice, name)
         if value is None:

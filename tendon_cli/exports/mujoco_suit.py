@@ -38,7 +38,7 @@ def suit_xml(suit: ChosenSuit) -> str:
     machine = _machine(design)
     keyframes = [*_keyframes(suit, design, machine)]
     remarks = [*_remarks(suit, design)]
-    return machine_xml(machine, suit.record["name"], remarks, keyframes)
+    return machine_xml(machine, suit.record.name, remarks, keyframes)
 
 
 def _machine(design: Design) -> Machine:
@@ -128,11 +128,11 @@ def _keyframes(suit: ChosenSuit, design: Design, machine: Machine) -> Iterator[K
 def _remarks(suit: ChosenSuit, design: Design) -> Iterator[str]:
     """Yield the lines of the comment: whose model it is, and what MuJoCo lacks."""
     record = suit.record
-    unit = record["question"]["unit"]
-    pretension = say.number(float(suit.choice["pretension"] or 0.0), 5)
-    yield f"tendon {__version__}, study {record['study_hash'][:12]}"
+    unit = record.question.unit
+    pretension = say.number(float(suit.choice.pretension or 0.0), 5)
+    yield f"tendon {__version__}, study {record.study_hash[:12]}"
     yield shorten(suit.words, _LONGEST)
-    yield f"set to {pretension} {unit} ({record['question']['read']})"
+    yield f"set to {pretension} {unit} ({record.question.read})"
     yield f"load {say.quantity('load_mass', scalar(design.load_mass))}, the largest of the study"
     yield "SI units, rad; the elbow flexes and the spool winds the flexor in the positive sense"
     yield "motor: ctrl is its torque; keyframes are states of rest, with the torque that holds them"

@@ -94,7 +94,7 @@ def draw_answer(
             faults.append(f"the figure {name} cannot be drawn: {type(error).__name__}: {error}")
     answer = as_answer(record)
     if answer["population"] is not None:
-        of_population = draw_population(folder, answer)
+        of_population = draw_population(folder, answer, record)
         files += [page.save(out / f"{name}.png").name for name, page in of_population.items()]
     return files, faults, None
 
@@ -130,7 +130,7 @@ def draw_again(
     figures = {name: pages for name, pages in figures.items() if pages}
     answer = as_answer(record)
     if answer["population"] is not None:
-        of_population = draw_population(folder, answer)
+        of_population = draw_population(folder, answer, record)
         figures |= {name: [page] for name, page in of_population.items()}
     if not figures:
         hint = f"`tendon report {folder}` writes a page with what it says"
@@ -248,7 +248,7 @@ def _find(cube: Cube, record: AnswerRecord, column: str) -> TradeOffRecord:
     axis = cube.axis(column)
     if axis is None and column in cube.columns_of_names:
         axis, _ = cube.columns_of_names[column]
-    known = {trade_off["column"]: trade_off for trade_off in record["trade_offs"]}
+    known = {trade_off.column: trade_off for trade_off in record.trade_offs}
     if axis is not None and axis.column in known:
         return known[axis.column]
     keys = [trade_off["key"] for trade_off in known.values()]

@@ -32,6 +32,7 @@ from tendon_cli.figures.backend import (
 from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, named, preview, render
 from tendon_cli.files import check_output, result_path, write_output
 from tendon_cli.studies.study import Study
+from tendon_cli.typed_record import Record
 
 _POINT = 25.4 / 72.0
 """A point, mm."""
@@ -148,7 +149,7 @@ def numbered(pages: Sequence[Page], path: Path) -> list[tuple[Page, Path]]:
     return list(zip(pages, [path, *files], strict=False))
 
 
-def source_of(record: Mapping[str, Any]) -> str:
+def source_of(record: Mapping[str, Any] | Record) -> str:
     """Return name and hash of the study of a record, by which `is_figure` knows a figure."""
     return f"tendon study {record['name']} {record['study_hash']}"
 

@@ -56,8 +56,15 @@ _USUAL = ("weight", "forearm_circumference")
 """Dimensions of the body that are drawn if those not served differ in none."""
 
 
-def draw_population(folder: Path, record: AnswerRecord) -> dict[str, Page]:
+def draw_population(
+    folder: Path, record: AnswerRecord, known: Mapping[str, Any]
+) -> dict[str, Page]:
     """Draw the persons or draws of the answer in a folder.
+
+    Args:
+        folder: The folder.
+        record: Record of the answer.
+        known: The same as the folder has it.
 
     Returns:
         The figures by name.
@@ -66,7 +73,7 @@ def draw_population(folder: Path, record: AnswerRecord) -> dict[str, Page]:
         InputError: The table is damaged or missing.
     """
     kind = "persons" if "person" in population_of(record)["counts"] else "draws"
-    table = open_table(folder / f"{kind}.parquet", by_name(record)).read()
+    table = open_table(folder / f"{kind}.parquet", by_name(known)).read()
     rows = {name: as_numpy(table.column(name)) for name in table.column_names}
     with house_style():
         return {"for_whom": for_whom(record, rows), "how_sure": how_sure(record)}

@@ -125,8 +125,8 @@ def draw_panel(
     is_gap = ~is_window & ~np.isnan(low)
     for holds, fill in ((is_window, WINDOW), (is_gap, NO_WINDOW)):
         if scale.names:
-            ends = (low[holds], roof[holds])
-            panel.vlines(x[holds], *ends, color=fill, linewidth=6.0, gid="windows")
+            bars: dict[str, Any] = {"color": fill, "linewidth": 6.0, "gid": "windows"}
+            panel.vlines(x[holds], low[holds], roof[holds], **bars)
         elif holds.any():
             where = holds.tolist()
             panel.fill_between(x, low, roof, where=where, facecolor=fill, interpolate=True)
@@ -564,9 +564,7 @@ def _key_of_motion(drawn: OverMotion) -> list[Any]:
     return key
 
 
-def _mark_end(
-    panel: Axes, drawn: OverMotion, chosen: Mapping[str, Any], end: str, unit: str
-) -> None:
+def _mark_end(panel: Axes, drawn: OverMotion, chosen: ChoiceRecord, end: str, unit: str) -> None:
     """Mark an end of the window ("from" or "to") where it binds, and write its value.
 
     An end that no state sets, such as the smallest pretension at all, is written at the left.

@@ -54,6 +54,8 @@ RESULTS = (
     "tolerance",
     "served",
     "served_at",
+    "set_flexor_tension",
+    "set_extensor_tension",
     "pretension",
     "pretension_from",
     "pretension_to",
@@ -124,7 +126,7 @@ def design_page(answer: Result) -> str:
     )
 
     is_in_time = cube.study.trajectory is not None
-    words = html.blocks(record["blocks"])
+    words = html.blocks(record.blocks)
     words += html.notes([*thinning_text(axes, left_out), *samples_text(cube.study)])
     parts: dict[str, html.Part] = {}
     if axes:
@@ -145,7 +147,7 @@ def design_page(answer: Result) -> str:
         parts["design"] = ("One choice", heading, states_part)
     parts["list"] = ("Table", "All choices of this page", html.part("table"))
     return html.result_page(
-        record, answer.kind.noun, ("The answer", words), parts, record["study"], data
+        answer.record, answer.kind.noun, ("The answer", words), parts, record.study, data
     )
 
 
@@ -241,7 +243,7 @@ def _start(record: AnswerRecord, axes: Sequence[PageAxis], is_feasible: ColumnAr
 
     Without a best choice it is the middle.
     """
-    best = record["best"]
+    best = record.best
     if best is None:
         return middle_of(axes, is_feasible.astype(bool))
     start = []
@@ -362,16 +364,16 @@ def people_record(record: AnswerRecord, persons: pa.Table | None) -> dict[str, A
     Returns:
         Both measures, and which persons are served; None if the answer is not for people.
     """
-    population = record["population"]
-    if population is None or persons is None or population["pretension"] is None:
+    population = record.population
+    if population is None or persons is None or population.pretension is None:
         return None
     selected = evenly_spaced(persons.num_rows, MOST_PERSONS)
-    explaining = [measure for reason in population["not_served"] for measure in reason["bodies"]]
+    explaining = [measure for reason in population.not_served for measure in reason.bodies]
     first, second = list(dict.fromkeys((*explaining, *_USUAL_MEASURES)))[:2]
     axes = {}
     for name, measure in (("x", first), ("y", second)):
         shown = ColumnLabel.of(measure, QUANTITIES[measure])
         axes[name] = number_record(shown, as_numpy(persons.column(measure))[selected])
-    enough = 1.0 if population["kind"] == "persons" else record["serve"]
+    enough = 1.0 if population.kind == "persons" else record.serve
     is_served = as_numpy(persons.column("served"))[selected] >= enough - 1e-9
-    return {**axes, "served": {"array": pack_classes(is_served)}, "title": population["title"]}
+    return {**axes, "served": {"array": pack_classes(is_served)}, "title": population.title}

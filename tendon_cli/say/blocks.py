@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from tendon_cli.say.words import align_cells, name_joint, wrap
+from tendon_cli.say.words import WIDTH, align_cells, name_joint, wrap
 
 Block = Mapping[str, Any]
 
@@ -41,13 +41,14 @@ def table(rows: Iterable[Sequence[str]]) -> Block:
     return {"table": [[*row] for row in rows]}
 
 
-def as_text(blocks: Iterable[Block], study: Any) -> str:
-    """Return blocks as text of 80 columns that names the study's joint (`name_joint`)."""
+def as_text(blocks: Iterable[Block], study: Any, width: int = WIDTH) -> str:
+    """Return blocks as text of so many columns that names the study's joint (`name_joint`)."""
     lines: list[str] = []
     for block in blocks:
         ((kind, content),) = block.items()
         if kind == "table":
-            lines += align_cells([[name_joint(cell, study) for cell in row] for row in content])
+            cells = [[name_joint(cell, study) for cell in row] for row in content]
+            lines += align_cells(cells, width=width)
             continue
         if kind == "command":
             lines.append(f"    {content}")
@@ -57,5 +58,5 @@ def as_text(blocks: Iterable[Block], study: Any) -> str:
         text = name_joint(content, study)
         if kind == "note":
             text = f"Note: {text}"
-        lines += wrap(text, "  " if kind == "item" else "")
+        lines += wrap(text, "  " if kind == "item" else "", width)
     return "\n".join(lines)

@@ -19,13 +19,13 @@ def cutoff_words(checks: ChecksRecord | None) -> str:
     Args:
         checks: Key `checks` of a record; None if it has none.
     """
-    if checks is None or not checks["cutoff"]["decides"]:
+    if checks is None or not checks.cutoff.decides:
         return ""
-    check = checks["cutoff"]
+    check = checks.cutoff
     texts = []
-    for place, cutoff in enumerate((check["cutoff"], check["lower"])):
-        speed = check["peak_motor_speed"][place]
-        power = check["peak_motor_power"][place]
+    for place, cutoff in enumerate((check.cutoff, check.lower)):
+        speed = check.peak_motor_speed[place]
+        power = check.peak_motor_power[place]
         peaks = []
         if speed is not None:
             peaks.append(quantity("peak_motor_speed", speed, 3))

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
-from tendon_cli.answer_record import BetweenSamples
 from tendon_cli.model.forms import LimitWords
 from tendon_cli.model.limits import ALWAYS, LIMITS
 from tendon_cli.quantities import QUANTITIES, in_unit_of_reading
 from tendon_cli.say.words import number, quantity
+
+if TYPE_CHECKING:
+    from tendon_cli.answer_record import BetweenSamples
 
 LimitValues = Mapping[str, float | None]
 """Limits by name, SI; None for one that differs between designs."""
@@ -91,11 +94,11 @@ def proof_sentence(between: BetweenSamples) -> str:
 
     `between` is `between_samples` in the record of an answer.
     """
-    status = between["status"]
-    error = between["estimate"]
-    text = f"{proved_word(status).capitalize()} for {between['scope']}"
+    status = between.status
+    error = between.estimate
+    text = f"{proved_word(status).capitalize()} for {between.scope}"
     if status == OPEN:
-        text += f": {between['cells']:,} cells were not enough"
+        text += f": {between.cells:,} cells were not enough"
         if error is not None:
             text += f"; an end is off by at most {number(error, 2)} N"
     elif status == SAMPLED and error is not None:

@@ -11,14 +11,20 @@ import re
 import textwrap
 from collections.abc import Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tendon_cli import units
 from tendon_cli.quantities import QUANTITIES, SIDES, Quantity, bound_name
+from tendon_cli.typed_record import Record
 from tendon_cli.units import counted
+
+if TYPE_CHECKING:
+    from tendon_cli.answer_record import QuestionRecord
 
 WIDTH = 80
 """Columns of a text."""
+_NARROWEST = 24
+"""Fewest columns in which words of a table are wrapped."""
 _TWO_SIDED_95 = 1.959963984540054
 """Quantile of the normal distribution for an interval of 95 %."""
 _SURELY = 1.0 + 1e-9
@@ -150,17 +156,18 @@ def number_within(value: float, low: float, high: float, digits: int = 4) -> str
     return repr(value)
 
 
-def tolerance_that_is_enough(question: Mapping[str, Any], times: float = 1.0) -> str:
+def tolerance_that_is_enough(question: QuestionRecord, times: float = 1.0) -> str:
     """Write the tolerance of setting that is enough: "6 mm", or "15 N" if it is read as a tension.
 
     Args:
         question: Record of a question, with its accuracy and how many times this is enough.
         times: 2 for the width of a window of which the tolerance is half.
     """
-    needed = times * question["needed"]
-    length, tension = (question["accuracy"][kind] for kind in ("length", "tension"))
+    needed = times * question.needed
+    length = question.accuracy.length
+    tension = question.accuracy.tension
     if tension is not None:
-        return f"{number(needed * tension, 3)} {question['unit']}"
+        return f"{number(needed * tension, 3)} {question.unit}"
     return quantity("tolerance_length", needed * (length or 0.0))
 
 
@@ -363,21 +370,35 @@ def wrap(text: str, indent: str = "", width: int = WIDTH, later: str | None = No
     return [line.replace(_JOINED, " ") for line in lines]
 
 
-def align_cells(lines: Sequence[Sequence[str]], least: int = 4) -> list[str]:
-    """Align the cells of a table in columns. Lines are indented and of at most 80 characters.
+def align_cells(lines: Sequence[Sequence[str]], least: int = 4, width: int = WIDTH) -> list[str]:
+    """Align the cells of a table in columns. Lines are indented and of at most `width` characters.
+
+    Words in the last column are wrapped if they do not fit.
 
     Args:
         lines: Rows of the table, each with the same number of cells.
         least: Number of columns that are kept; further ones are dropped if they do not fit.
+        width: Most characters of a line.
     """
     widths = [max(map(len, cells)) for cells in zip(*lines, strict=True)]
-    while sum(widths) + 2 * len(widths) > WIDTH and len(widths) > least:
+    room = width - 2 * len(widths) - sum(widths[:-1])
+    if widths[-1] > room >= _NARROWEST:
+        return [line for cells in lines for line in _with_wrapped_end(cells, widths, room)]
+    while sum(widths) + 2 * len(widths) > width and len(widths) > least:
         widths.pop()
-    rows = []
-    for line in lines:
-        cells = [cell.ljust(width) for cell, width in zip(line, widths, strict=False) if width]
-        rows.append(f"  {'  '.join(cells)}".rstrip()[:WIDTH])
-    return rows
+    return [_aligned(line, widths)[:width] for line in lines]
+
+
+def _with_wrapped_end(cells: Sequence[str], widths: Sequence[int], room: int) -> list[str]:
+    """Align a row of cells, the last of which takes as many lines as it needs."""
+    first, *others = textwrap.wrap(cells[-1], room) or [""]
+    rows = [[*cells[:-1], first], *([*("" for _ in cells[:-1]), text] for text in others)]
+    return [_aligned(row, widths) for row in rows]
+
+
+def _aligned(cells: Sequence[str], widths: Sequence[int]) -> str:
+    padded = [cell.ljust(width) for cell, width in zip(cells, widths, strict=False) if width]
+    return f"  {'  '.join(padded)}".rstrip()
 
 
 # --- The joint ------------------------------------------------------------------------------------
@@ -390,6 +411,8 @@ def joint_name(study: Any) -> str:
 
     `study` is a `Study`, its document, or a record that holds one.
     """
+    if isinstance(study, Record):
+        study = study["study"]
     while isinstance(study, Mapping) and "study" in study:
         study = study["study"]
     if isinstance(study, Mapping):

@@ -51,6 +51,8 @@ A value is NaN if its row does not set the number.
 Box = tuple[slice, ...]
 """A slice of each axis."""
 _SCALE = "scale of "
+_FACTOR = "factor of "
+_SHIFT = "shift of "
 _MOST_TOLD = 2
 """Most numbers by which a row of a named axis is told from the others."""
 
@@ -91,6 +93,18 @@ def of_side(key: str, side: str) -> str:
 def scale_of(key: str) -> str:
     """Return the key of the factor on a number, such as on an anchor for a larger arm."""
     return _SCALE + key
+
+
+@cache
+def factor_of(key: str) -> str:
+    """Return the key of the factor by which a number deviates, whatever its value."""
+    return _FACTOR + key
+
+
+@cache
+def shift_of(key: str) -> str:
+    """Return the key of the amount by which a number deviates, whatever its value."""
+    return _SHIFT + key
 
 
 def overlay(below: Numbers, above: Numbers) -> dict[str, Array]:
@@ -173,8 +187,9 @@ class Axis:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Keys of the numbers that its values set or scale, each once."""
-        return tuple(dict.fromkeys(key.removeprefix(_SCALE) for key in self.numbers))
+        """Keys of the numbers that its values set or scale, each once, without deviations."""
+        own = (key for key in self.numbers if not key.startswith((_FACTOR, _SHIFT)))
+        return tuple(dict.fromkeys(key.removeprefix(_SCALE) for key in own))
 
     def without(self, *common: str) -> Axis:
         """Return the same axis without the numbers of some common keys, for both sides or one."""
@@ -299,11 +314,15 @@ class Varying:
     where it is NaN."""
     scales: tuple[tuple[int, Array], ...] = ()
     """Places of axes, with the factors by which they scale it."""
+    shifts: tuple[tuple[int, Array], ...] = ()
+    """Places of axes, with the amounts by which it deviates."""
+    least: float = -np.inf
+    """Smallest possible value of a number that deviates."""
 
     @property
     def axes(self) -> tuple[int, ...]:
         """Places of the axes that it depends on, ascending."""
-        return tuple(sorted({axis for axis, _ in (*self.sets, *self.scales)}))
+        return tuple(sorted({axis for axis, _ in (*self.sets, *self.scales, *self.shifts)}))
 
     def within(self, box: Box) -> Real:
         """Return its values in a box, shaped to broadcast over designs, directions and angles."""
@@ -313,6 +332,9 @@ class Varying:
             values = given if order == 0 else np.where(np.isnan(given), values, given)
         for axis, along in self.scales:
             values = values * along_axis(axis, along, box)
+        for axis, along in self.shifts:
+            shifted = values + along_axis(axis, along, box)
+            values = np.where(np.real(shifted) < self.least, self.least, shifted)
         return values
 
 

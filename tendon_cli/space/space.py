@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model.design import READINGS, Design, Limb, Posture, Side
-from tendon_cli.model.kinematics import Anchors, Array, Excursion, Flag, Rows
+from tendon_cli.model.kinematics import Anchors, Array, Excursion, Flag, Rows, Spline
 from tendon_cli.model.limits import GIVEN
 from tendon_cli.model.setting import with_set_pretension
 from tendon_cli.quantities import SIDES
@@ -40,9 +40,11 @@ from tendon_cli.space.axis import (
     Role,
     Varying,
     along_axis,
+    factor_of,
     limit_of,
     of_side,
     scale_of,
+    shift_of,
     split_side,
 )
 
@@ -279,8 +281,14 @@ class Space:
                     value = given[0].item()
                 else:
                     sets.append((place, given))
-        scales = along_axes.get(scale_of(key), ())
-        return Varying(value, tuple(sets), tuple(scales))
+        scales = [*along_axes.get(scale_of(key), ())]
+        shifts: list[tuple[int, Array]] = []
+        for candidate in candidates:
+            scales += along_axes.get(factor_of(candidate), ())
+            shifts += along_axes.get(shift_of(candidate), ())
+        if isinstance(value, Spline):
+            return Varying(value)
+        return Varying(value, tuple(sets), tuple(scales), tuple(shifts), _LEAST.get(key, -np.inf))
 
     @cached_property
     def _axis_numbers(self) -> dict[str, list[tuple[int, Array]]]:
@@ -424,6 +432,8 @@ _DEFAULTS: dict[str, Any] = {
     "anchor.stiffness": np.inf,
 }
 """Values of numbers that a study leaves out; any other number is then NaN."""
+_LEAST = {f"arm.{name}": 1e-3 for name in ANCHORS}
+"""Smallest values, m, of numbers that deviate by an amount: no anchor lies closer to the elbow."""
 _WITH_SIDES = ("sheath", "tendon", "spring", "anchor")
 _GIVEN: tuple[Place, ...] = tuple(
     (key, SIDES[0] if key.startswith(_WITH_SIDES) else None) for key in GIVEN

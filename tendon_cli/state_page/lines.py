@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli import say
 from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
@@ -101,7 +102,7 @@ def _geometry(state: State, design: Design, angle: float, table: str) -> list[Pa
     """Return lines of travels and moment arms, from anchors (Fig. 2) or from measured travels."""
     motion = state.motion
     joint = design.arm.joint
-    theta = ("θ", f"elbow angle, {np.degrees(angle):.6g} deg", angle, "rad")
+    theta = ("θ", f"elbow angle, {say.quantity('elbow_angle', angle, 6)}", angle, "rad")
     if not isinstance(joint, Anchors):
         return section(
             "Geometry",
@@ -243,9 +244,10 @@ def _setting(design: Design) -> list[PageLine]:
     readings = all_readings(design, pretension)
     joint = tuple(readings[f"{side} at joint"] for side in SIDES)
     motor = tuple(readings[f"{side} at motor"] for side in SIDES)
-    degrees = np.degrees(scalar(posture.angle))
+    angle = say.quantity("elbow_angle", scalar(posture.angle), 6)
+    load = say.quantity("load_mass", scalar(posture.load_mass), 6)
     after = "flexion" if np.all(posture.after_flexion) else "extension"
-    where = f"at {degrees:.6g} deg, {scalar(posture.load_mass):.6g} kg, after {after}"
+    where = f"at {angle}, {load}, after {after}"
     return section(
         f"Setting {where} (flexor, extensor)",
         ("F_o,set", "tension at the joint", joint, "N"),
@@ -260,12 +262,12 @@ def _setting(design: Design) -> list[PageLine]:
 def place_text(plan: Plan, block: Block) -> str:
     """Return where the state of a block stands: direction and angle, and the time of a motion."""
     place = block.angles.start
-    angle = f"{np.degrees(plan.elbow_angles[place]):.6g} deg"
+    angle = say.quantity("elbow_angle", plan.elbow_angles[place], 6)
     trajectory = plan.study.trajectory
     if trajectory is None:
         return f"{plan.directions[0]} at {angle}"
     direction = "flexion" if trajectory.is_flexing[place] else "extension"
-    return f"{trajectory.time[place]:.6g} s, {direction} at {angle}"
+    return f"{say.quantity('time', trajectory.time[place], 6)}, {direction} at {angle}"
 
 
 def slides_in_flexion(plan: Plan, state: State) -> bool:
@@ -300,7 +302,7 @@ def moving_lines(state: State, time: float) -> list[PageLine]:
     speed = np.asarray(0.0 if state.rates is None else state.rates.speed)
     formula = "speed of the motor, springs stretching"
     lines = section(
-        f"Motor at {time:.6g} s (slack sides left out)",
+        f"Motor at {say.quantity('time', time, 6)} (slack sides left out)",
         ("θ̇", "speed of the elbow", speed, "rad/s"),
         ("α̇", formula, rates.spool_speed, "rad/s"),
         ("P_m", "τ_m α̇, below 0 the motor brakes", rates.power, "W"),
@@ -327,7 +329,8 @@ def motion_lines(moving: Moving) -> list[PageLine]:
         symbol = quantity.symbol if len(quantity.symbol) < _SYMBOL_WIDTH else ""
         rows.append((symbol, name, totals[name], quantity.unit))
     counted = moving.trajectory.time[moving.trajectory.counted]
-    lines = section(f"Over the motion from {counted[0]:.6g} to {counted[-1]:.6g} s", *rows)
+    start, end = (say.quantity("time", time, 6) for time in (counted[0], counted[-1]))
+    lines = section(f"Over the motion from {start} to {end}", *rows)
     return [line for line in lines if not all(np.isnan(line.values))]
 
 
@@ -379,4 +382,4 @@ def reversal_lines(state: State, elbow_angle: float, *, flexion: bool) -> list[P
 
 def _per_second(speed: float) -> str:
     """Write a speed given in rad/s."""
-    return f"{np.degrees(speed):.6g} deg/s"
+    return say.quantity("elbow_speed", speed, 6)

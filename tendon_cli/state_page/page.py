@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from tendon_cli import say
 from tendon_cli.display import Displayed
 from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.errors import UsageError
@@ -159,8 +160,8 @@ def state_page(
     columns = {
         name: _null_unless_finite(scalar(values)) for name, values in state.columns().items()
     }
-    load = scalar(state.design.load_mass)
-    where = f"{place_text(plan, block)}, load {load:.6g} kg"
+    load = say.quantity("load_mass", scalar(state.design.load_mass), 6)
+    where = f"{place_text(plan, block)}, load {load}"
     notes = (*person_notes, *draw_notes, *study.notes, *study.warnings, *_notes(plan, block))
     return StatePage(
         title=f"{study.name}: {where}",
@@ -208,7 +209,7 @@ def _drawn(study: Study, draw: int) -> tuple[Study, list[str]]:
         raise UsageError(f"there is no draw {draw}", where="--draw", hint=f"expected 1 to {count}")
     draws = draw_numbers(study.uncertain, count, drawing.seed, study.correlation)
     values = {key: float(of_draws[draw - 1]) for key, of_draws in draws.items()}
-    texts = [f"{key} = {value:.6g}" for key, value in values.items()]
+    texts = [f"{key} = {say.number(value, 6)}" for key, value in values.items()]
     note = f"draw {draw} of {count}: {', '.join(texts)}"
     error = values.pop(READING_ERROR, None)
     given: dict[str, Any] = {

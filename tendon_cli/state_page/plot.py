@@ -28,7 +28,7 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.motor import cycle_columns, motor_rates
 from tendon_cli.model.reversal import reversal
 from tendon_cli.model.statics import NO_EQUILIBRIUM
-from tendon_cli.quantities import QUANTITIES, SIDES
+from tendon_cli.quantities import SIDES
 from tendon_cli.state_page.lines import scalar, slides_in_flexion
 from tendon_cli.state_page.motion_plot import (
     MOTOR_STYLE,
@@ -105,12 +105,13 @@ def draw_motor(
             hint="--set 'motion.speed=60 deg/s', or --reversal",
         )
     format_of(path, "--plot")
-    title = f"{plan.study.name}: the motor, load {float(np.ravel(design.load_mass)[0]):.6g} kg"
+    load = float(np.ravel(design.load_mass)[0])
+    title = f"{plan.study.name}: the motor, load {say.quantity('load_mass', load, 6)}"
     strokes = {}
     motion = None
     if speed is not None:
         joint = say.joint_name(plan.study)
-        title = f"{title}, {joint} at {np.degrees(speed.single):.6g} deg/s"
+        title = f"{title}, {joint} at {say.quantity('elbow_speed', speed.single, 6)}"
         for direction in plan.directions:
             strokes[direction] = stroke_of(design, plan, direction, speed.single)
     if trajectory is not None:
@@ -227,7 +228,8 @@ def _notes(design: Design, plan: Plan, *, turns: bool) -> list[str]:
         angles = plan.elbow_angles[np.newaxis]
         loss = cycle_columns(design, angles, _BOTH_DIRECTIONS, speed.single)["friction_loss"]
         if np.isfinite(loss).all():
-            notes.append(f"Friction takes {loss.item():.3g} J over both strokes.")
+            lost = say.quantity("friction_loss", loss.item())
+            notes.append(f"Friction takes {lost} over both strokes.")
     if speed is not None:
         notes.append(ZEROS_OF_SPOOL)
     if plan.study.trajectory is not None:
@@ -287,10 +289,11 @@ def _limit_notes(view: _View, limits: Mapping[str, float]) -> Iterator[str]:
     if is_power_drawn:
         drawn.append("peak_motor_power")
     if drawn:
-        bounds = [f"{limits[name]:.4g} {QUANTITIES[name].unit}" for name in drawn]
+        bounds = [say.quantity(name, limits[name], 4) for name in drawn]
         yield f"Dotted: the limits, {', '.join(bounds)}."
     if power is not None and not is_power_drawn:
-        yield f"The limit on power, {power:.4g} W, lies outside what is shown."
+        bound = say.quantity("peak_motor_power", power, 4)
+        yield f"The limit on power, {bound}, lies outside what is shown."
 
 
 def _draw_torque_and_speed(
@@ -329,8 +332,9 @@ def _turn_title(plan: Plan, block: Block) -> str:
     """Return the title of the panel of a turn: the time or the angle at which it is."""
     place = block.angles.start
     if plan.study.trajectory is not None:
-        return f"Turn at {plan.study.trajectory.time[place]:.4g} s"
-    return f"Turn from {plan.directions[0]} at {np.degrees(plan.elbow_angles[place]):.6g}°"
+        return f"Turn at {say.quantity('time', plan.study.trajectory.time[place], 4)}"
+    angle = say.quantity("elbow_angle", plan.elbow_angles[place], 6)
+    return f"Turn from {plan.directions[0]} at {angle}"
 
 
 def _draw_loop(axes: Axes, strokes: Mapping[str, Stroke]) -> None:
@@ -341,7 +345,7 @@ def _draw_loop(axes: Axes, strokes: Mapping[str, Stroke]) -> None:
     first = next(iter(strokes.values()))
     for end, beside in ((0, -1), (-1, 0)):
         place = (np.degrees(first.spool_angle[end]), first.motor_torque[end])
-        text = f"θ = {np.degrees(first.elbow_angle[end]):.3g}°"
+        text = f"θ = {say.quantity('elbow_angle', first.elbow_angle[end])}"
         # Beyond its end of the loop, where no curve is.
         is_left = first.spool_angle[end] < first.spool_angle[beside]
         style: dict[str, Any] = {"ha": "right" if is_left else "left", "va": "center", "size": 6.5}

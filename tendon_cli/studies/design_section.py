@@ -211,6 +211,11 @@ class Uncertainty(Part):
         description="number of draws, a power of two; 0 takes the middle of every uncertain number",
     )
     seed: Seed = field_default(1, description="the same seed gives the same draws")
+    usual: TruthValue = field_default(
+        default=True,
+        description="true has answers draw the usual deviations of numbers that state none and are "
+        "not exact; false draws the study's own alone",
+    )
     exact: Words = field_default(
         (),
         description="keys of numbers, or tables such as arm, that have no deviation: they are "
@@ -219,8 +224,9 @@ class Uncertainty(Part):
 
     @property
     def asks_for_draws(self) -> bool:
-        """True if the study says more here than what is exact."""
-        return self.model_fields_set != {"exact"}
+        """True if the study says more here than which numbers have deviations."""
+        about_deviations = {"exact", "usual"}
+        return not self.model_fields_set or bool(self.model_fields_set - about_deviations)
 
     def is_exact(self, key: str) -> bool:
         """Return True if a number, its table, or an error of a sensor is named as exact."""

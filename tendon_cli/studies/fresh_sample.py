@@ -13,10 +13,18 @@ import numpy as np
 
 from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.space.axis import DRAW_AXIS, Axis, evenly_spaced
-from tendon_cli.studies.people.people_section import People
+from tendon_cli.studies.people.population import Population
 from tendon_cli.studies.spaces import person_axis
 from tendon_cli.studies.study import Study
-from tendon_cli.studies.values import draw_fresh_numbers
+from tendon_cli.studies.usual import drawn_numbers
+from tendon_cli.studies.values import (
+    OF_FRESH_BODIES,
+    OF_FRESH_DRAWS,
+    OF_SECOND_BODIES,
+    OF_SECOND_DRAWS,
+    Stream,
+    draw_fresh_numbers,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,15 +67,24 @@ class FreshSample:
         return replace(self, axis=axis, strata=self.strata[rows], sexes=sexes)
 
 
-def fresh_sample(study: Study) -> FreshSample | None:
+def fresh_sample(study: Study, *, second: bool = False) -> FreshSample | None:
     """Return a fresh sample of a study, of about as many members as `[design] verify` says.
+
+    There are two, of independent streams: the best choices are set by the second sample, and the
+    last one, which had no part in choosing or setting, judges.
 
     The members of persons of a file are the same persons, each with as many draws of what was not
     measured and of the uncertain numbers.
 
+    Args:
+        study: The study.
+        second: True for the sample by which choices are set.
+
     Returns:
         The sample; None if the study wants none, or draws nothing.
     """
+    bodies_stream = OF_SECOND_BODIES if second else OF_FRESH_BODIES
+    stream = OF_SECOND_DRAWS if second else OF_FRESH_DRAWS
     count = study.design.verify
     if not count:
         return None
@@ -75,12 +92,13 @@ def fresh_sample(study: Study) -> FreshSample | None:
     if study.people is None:
         if not is_uncertain:
             return None
-        numbers = _uncertain_numbers(study, count)
+        numbers = _uncertain_numbers(study, count, stream)
         return FreshSample(_axis(numbers, np.ones(count)), np.zeros(count, dtype=np.int64))
     if study.people.is_from_file:
-        return _of_file(study, study.people, count, is_uncertain=is_uncertain)
-    people = study.people.fresh(count)
-    axis = person_axis(study, _uncertain_numbers(study, count), people)
+        bodies = study.people.fresh(count, bodies_stream)
+        return _of_file(study, bodies, count, stream, is_uncertain=is_uncertain)
+    people = study.people.fresh(count, bodies_stream)
+    axis = person_axis(study, _uncertain_numbers(study, count, stream), people)
     return FreshSample(
         _axis(dict(axis.numbers), people.weighting),
         np.unique(people.sexes, return_inverse=True)[1],
@@ -89,16 +107,17 @@ def fresh_sample(study: Study) -> FreshSample | None:
     )
 
 
-def _of_file(study: Study, people: People, count: int, *, is_uncertain: bool) -> FreshSample | None:
+def _of_file(
+    study: Study, bodies: Population, count: int, stream: Stream, *, is_uncertain: bool
+) -> FreshSample | None:
     """Return the fresh sample of persons of a file; None if nothing is drawn for them."""
-    bodies = people.fresh(count)
     if not (is_uncertain or bodies.is_drawn):
         return None
     persons = len(bodies.persons)
     repeats = 1 if bodies.is_drawn else max(1, count // persons)
     rows = np.repeat(np.arange(len(bodies)), repeats)
     numbers = {key: values[rows] for key, values in person_axis(study, {}, bodies).numbers.items()}
-    drawn = _uncertain_numbers(study, len(rows))
+    drawn = _uncertain_numbers(study, len(rows), stream)
     return FreshSample(
         _axis(drawn | numbers, bodies.weighting[rows]),
         np.repeat(np.arange(persons), repeats * bodies.completions),
@@ -106,11 +125,13 @@ def _of_file(study: Study, people: People, count: int, *, is_uncertain: bool) ->
     )
 
 
-def _uncertain_numbers(study: Study, count: int) -> dict[str, Array]:
+def _uncertain_numbers(study: Study, count: int, stream: Stream) -> dict[str, Array]:
     """Return fresh draws of the uncertain numbers, (count,) each; none if the study draws none."""
     if study.drawing is None:
         return {}
-    return draw_fresh_numbers(study.uncertain, count, study.drawing.seed, study.correlation)
+    seed = study.drawing.seed
+    drawn = draw_fresh_numbers(study.to_draw, count, seed, study.correlation, stream)
+    return drawn_numbers(study, drawn)
 
 
 def _axis(numbers: dict[str, Array], weighting: Array) -> Axis:

@@ -34,7 +34,8 @@ from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.model_words import number_of_word, numbers_of_words
 from tendon_cli.studies.row_table import RowTable
 from tendon_cli.studies.study import Study
-from tendon_cli.studies.values import Grid, StudyNumber, draw_numbers
+from tendon_cli.studies.usual import drawn_numbers
+from tendon_cli.studies.values import Grid, StudyNumber, draw_evenly, draw_numbers
 from tendon_cli.units import shorten
 
 if TYPE_CHECKING:
@@ -101,15 +102,19 @@ def named_axes(study: Study) -> tuple[NamedAxis, ...]:
     if study.people is not None:
         drawn_once: Mapping[str, Array] = {}
         if drawing is not None and not study.draws:
-            drawn_once = draw_numbers(
-                study.uncertain, study.people.persons, drawing.seed, study.correlation
-            )
+            drawn_once = _drawn(study, study.people.persons, drawing.seed)
         axes.append(person_axis(study, drawn_once))
     if drawing is not None and study.draws:
-        numbers = draw_numbers(study.uncertain, study.draws, drawing.seed, study.correlation)
+        numbers = _drawn(study, study.draws, drawing.seed)
         names = tuple(f"draw {at + 1}" for at in range(study.draws))
         axes.append(NamedAxis.of(DRAW_AXIS, names, numbers, "draw"))
     return tuple(axes)
+
+
+def _drawn(study: Study, count: int, seed: int) -> dict[str, Array]:
+    """Return the study's own draws, (count,) each."""
+    draw = draw_evenly if study.usual else draw_numbers
+    return drawn_numbers(study, draw(study.to_draw, count, seed, study.correlation))
 
 
 def row_axis(study: Study, table: RowTable) -> NamedAxis:

@@ -46,6 +46,7 @@ from tendon_cli.studies.parts import Part, field_default
 from tendon_cli.studies.people.people_section import People
 from tendon_cli.studies.row_table import RowTable
 from tendon_cli.studies.table_section import TableSection
+from tendon_cli.studies.usual import UsualDeviation, usual_deviations
 from tendon_cli.studies.values import StudyNumber, Uncertain
 
 __all__ = ["Key", "Study", "keys"]
@@ -58,12 +59,18 @@ _VARIED = "tendon_cli.studies.load.varied_study"
 """Function behind `vary`, by its name: what checks studies takes them, and lies above."""
 _UNNAMED = "study"
 """Name of a study that has none."""
+_FEWEST_DRAWS = 16
+"""Draws of usual deviations that each person of a file has at least."""
+_MOST_PAIRS = 2**12
+"""Pairs of persons of a file and such draws, beyond which each person has fewer."""
 _MAX_VALUES = 6
 """Values of an axis that a text shows; of a longer one only the first and the last."""
 _IDLE_INERTIA = (
     "motion.inertia counts along a trajectory, and in logs that `tendon fit-suit` reads: states of"
     " single angles have none"
 )
+READ_WHERE_DRAWN = "flexor at joint"
+"""Gauge by which suits are set that differ, unless the study says how pretensions are read."""
 _STRAP_WIDTH = "arm.contact_width"
 """Number of these tables that a designer does decide."""
 
@@ -137,6 +144,8 @@ class Study(Displayed, StudyTables):
     """Keys of the design axes in the order in which they vary; None for the order of the schema."""
     _sources: dict[str, dict[str, Any]] = PrivateAttr(default_factory=dict)
     """Files that gave numbers of the study, by the key that names each."""
+    _usual: dict[str, UsualDeviation] = PrivateAttr(default_factory=dict)
+    """Usual deviations that are drawn, as an answer does, by dotted key."""
 
     drawn_by: ClassVar[str] = "tendon_cli.face.page_of_study"
 
@@ -183,6 +192,7 @@ class Study(Displayed, StudyTables):
         """
         kept = {name: getattr(self, name) for name in type(self).model_fields}
         study = self.model_construct(self.model_fields_set | parts.keys(), **(kept | parts))
+        study._usual = self._usual  # noqa: SLF001 - another study of this class
         return study.ordered(self._axes, self._sources)
 
     def ordered(self, axes: tuple[str, ...] | None, sources: dict[str, dict[str, Any]]) -> Study:
@@ -256,26 +266,68 @@ class Study(Displayed, StudyTables):
         return {
             key: values.uncertain
             for key, values in self.numbers.items()
-            if values.uncertain is not None and not is_exact(self, key)
+            if values.uncertain is not None and not self.is_exact(key)
         }
+
+    def is_exact(self, key: str) -> bool:
+        """Return True if `[uncertainty] exact` names a number, its table, or a sensor's error."""
+        return self.uncertainty is not None and self.uncertainty.is_exact(key)
 
     @property
     def drawing(self) -> Uncertainty | None:
         """Draws of the uncertain numbers; None if nothing is drawn, and each has its middle."""
         stated = self.uncertainty
-        if stated is None or not stated.asks_for_draws or not stated.draws or not self.uncertain:
+        if stated is None or not stated.asks_for_draws or not stated.draws or not self.to_draw:
             return None
         return stated
+
+    @property
+    def usual(self) -> dict[str, UsualDeviation]:
+        """Usual deviations that are drawn, by dotted key; none unless the study is `drawn`."""
+        return self._usual
+
+    @property
+    def to_draw(self) -> dict[str, Uncertain]:
+        """Distributions of all that is drawn, by key: of numbers, and of usual deviations."""
+        return {**self.uncertain, **{key: usual.law() for key, usual in self.usual.items()}}
 
     def drawn(self) -> Study:
         """Return the same study with its uncertain numbers drawn, unless it states otherwise."""
         stated = self.uncertainty
         if not self.uncertain or (stated is not None and stated.asks_for_draws):
             return self
-        drawing = Uncertainty()
-        if stated is not None:
-            drawing = drawing.model_copy(update={"exact": stated.exact, "draws": drawing.draws})
-        return self.replaced({"uncertainty": drawing})
+        return self.replaced({"uncertainty": self._drawing})
+
+    @property
+    def _drawing(self) -> Uncertainty:
+        """Draws of whoever draws although the study may not ask for it."""
+        stated = self.uncertainty
+        if stated is None or stated.asks_for_draws:
+            return stated or Uncertainty()
+        known = {"exact": stated.exact, "usual": stated.usual, "draws": Uncertainty().draws}
+        return Uncertainty().model_copy(update=known)
+
+    def for_answer(self) -> Study:
+        """Return the same study as an answer takes it: all that is not exact is drawn.
+
+        Usual deviations are among it, unless the study states otherwise. All draws and persons then
+        get the same reading of a gauge, as suits do that are built alike; F0 is not to be seen.
+        """
+        drawing = self._drawing
+        study = self.replaced({"uncertainty": drawing})
+        if drawing.usual and drawing.draws:
+            study._usual = usual_deviations(self)  # noqa: SLF001 - another study of this class
+        if study.drawing is None and self.people is None:
+            return self
+        if not self.states_reading:
+            setting = self.setting.model_copy(update={"read": READ_WHERE_DRAWN})
+            study = study.replaced({"setting": setting})
+        return study
+
+    @property
+    def states_reading(self) -> bool:
+        """True if the study says how its pretension is read."""
+        return "read" in self.setting.model_fields_set
 
     @property
     def body_numbers(self) -> tuple[str, ...]:
@@ -290,6 +342,16 @@ class Study(Displayed, StudyTables):
 
         stated = {f"arm.{name}" for name in self.arm.model_fields_set}
         return tuple(key for key in OF_THE_BODY if key not in stated)
+
+    @property
+    def of_paper(self) -> list[str]:
+        """Keys of the arm's numbers that the study does not state: they are the paper's."""
+        if self.people is not None or self.joint.excursion is not None:
+            return []
+        of_rows = {key for table in self.row_tables for key in table.keys}
+        names = [*ANCHORS, "forearm_mass", "forearm_com", "load_distance"]
+        unstated = [f"arm.{name}" for name in names if name not in self.arm.model_fields_set]
+        return [key for key in unstated if key not in of_rows]
 
     @property
     def stated_anchors(self) -> tuple[str, ...]:
@@ -357,6 +419,8 @@ class Study(Displayed, StudyTables):
         drawing = self.drawing
         if self.people is None or drawing is None:
             return False
+        if self.usual and not self.people.is_from_file:
+            return False  # the persons are a sample, too, and each has one draw
         return self.people.persons < drawing.draws
 
     @property
@@ -367,8 +431,13 @@ class Study(Displayed, StudyTables):
         """
         if self.drawing is None:
             return 0
-        is_axis = self.people is None or self.is_crossed
-        return self.drawing.draws if is_axis else 0
+        if self.people is None:
+            return self.drawing.draws
+        if not self.is_crossed:
+            return 0
+        if self.usual:
+            return min(self.drawing.draws, max(_FEWEST_DRAWS, _MOST_PAIRS // self.people.persons))
+        return self.drawing.draws
 
     @property
     def named_lengths(self) -> dict[str, int]:
@@ -474,8 +543,13 @@ class Study(Displayed, StudyTables):
             # Measured travels replace the anchors.
             for name in ANCHORS:
                 written["arm"].pop(name, None)
+        if not self.states_reading:
+            del written["setting"]["read"]
         if self.uncertainty is not None and not self.uncertainty.asks_for_draws:
-            written["uncertainty"] = {"exact": list(self.uncertainty.exact)}
+            written["uncertainty"] = {
+                "exact": list(self.uncertainty.exact),
+                "usual": self.uncertainty.usual,
+            }
         return written
 
     @property
@@ -495,11 +569,6 @@ class Study(Displayed, StudyTables):
         content = {"study": document, "axes": list(self.axes)}
         text = json.dumps(content, sort_keys=True, ensure_ascii=True)
         return hashlib.sha256(text.encode()).hexdigest()
-
-
-def is_exact(study: Study, key: str) -> bool:
-    """Return True if `[uncertainty] exact` names a number, its table, or a sensor's error."""
-    return study.uncertainty is not None and study.uncertainty.is_exact(key)
 
 
 # --- Roles ----------------------------------------------------------------------------------------

@@ -26,10 +26,11 @@ class Uncertain:
 
     A uniform one reaches from middle - spread to middle + spread. A normal one has the mean
     `middle` and the standard deviation `spread`; it is cut off below `low` and above `high`, where
-    the number is impossible.
+    the number is impossible. The logarithm of a log-normal one is normal, with the median `middle`
+    and the standard deviation `spread` of the logarithm.
     """
 
-    kind: Literal["uniform", "normal"]
+    kind: Literal["uniform", "normal", "log-normal"]
     """Shape of the distribution."""
     middle: float
     """Middle of a uniform distribution, mean of a normal one, SI."""
@@ -73,6 +74,8 @@ def quantile(distribution: Uncertain, share: Array) -> Array:
         return np.asarray(middle + spread * (2.0 * share - 1.0))
     from scipy.special import ndtr, ndtri  # only uncertain numbers pay for its import
 
+    if distribution.kind == "log-normal":
+        return np.asarray(middle * np.exp(spread * ndtri(share)))
     below_low = ndtr((distribution.low - middle) / spread)
     below_high = ndtr((distribution.high - middle) / spread)
     value = middle + spread * ndtri(below_low + (below_high - below_low) * share)
@@ -87,6 +90,10 @@ OF_FRESH_BODIES: Stream = (1,)
 """Stream of the bodies of a fresh sample."""
 OF_FRESH_DRAWS: Stream = (2,)
 """Stream of the uncertain numbers of a fresh sample."""
+OF_SECOND_BODIES: Stream = (4,)
+"""Stream of the bodies of the sample by which the best choices are set."""
+OF_SECOND_DRAWS: Stream = (5,)
+"""Stream of the draws of that sample."""
 OF_TABLES: Stream = (3,)
 """Stream of the samples that are tables of a study."""
 
@@ -134,7 +141,11 @@ def draw_numbers(
 
 
 def draw_fresh_numbers(
-    uncertain: Mapping[str, Uncertain], count: int, seed: int, correlation: Mixing | None = None
+    uncertain: Mapping[str, Uncertain],
+    count: int,
+    seed: int,
+    correlation: Mixing | None = None,
+    stream: Stream = OF_FRESH_DRAWS,
 ) -> dict[str, Array]:
     """Draw independent values of uncertain numbers from a stream that no study draws from.
 
@@ -143,12 +154,35 @@ def draw_fresh_numbers(
         count: Number of draws.
         seed: Seed of the study's own draws.
         correlation: Correlation of the numbers; None if they are independent.
+        stream: The stream.
 
     Returns:
         The draws of each number, by its key, shape (count,), SI.
     """
-    random = random_numbers(seed, len(uncertain), OF_FRESH_DRAWS)
+    random = random_numbers(seed, len(uncertain), stream)
     return _at_shares(uncertain, random.random((count, len(uncertain))), correlation)
+
+
+def draw_evenly(
+    uncertain: Mapping[str, Uncertain], count: int, seed: int, correlation: Mixing | None = None
+) -> dict[str, Array]:
+    """Draw values of uncertain numbers by a Latin hypercube: each has a draw in every 1/count.
+
+    Answers draw by it: it takes no library that is slow to import, and any number of draws.
+
+    Args:
+        uncertain: The distribution of each number, by its key.
+        count: Number of draws.
+        seed: Seed of the draws.
+        correlation: Correlation of the numbers; None if they are independent.
+
+    Returns:
+        The draws of each number, by its key, shape (count,), SI.
+    """
+    random = random_numbers(seed, len(uncertain))
+    strata = random.permuted(np.tile(np.arange(count), (len(uncertain), 1)), axis=1).T
+    shares = (strata + random.random((count, len(uncertain)))) / count
+    return _at_shares(uncertain, shares, correlation)
 
 
 SAMPLERS = ("sobol", "latin-hypercube", "random")

@@ -18,7 +18,7 @@ from tendon_cli.errors import Fault, StudyError
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.fit_section import BACKLASH
-from tendon_cli.studies.study import Study, is_exact, keys
+from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import Uncertain, quantile
 from tendon_cli.suit_fit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE, TENSION_CHANNELS
 from tendon_cli.suit_fit.suit_log import Floats
@@ -167,7 +167,7 @@ def numbers_of(study: Study) -> list[Parameter]:
         raise StudyError(faults)
     found = []
     for key, number in study.numbers.items():
-        if number.is_axis or is_exact(study, key) or key.startswith(_NOT_FITTED):
+        if number.is_axis or study.is_exact(key) or key.startswith(_NOT_FITTED):
             continue
         law = number.uncertain or _usual_law(study, key)
         if law is None or not _is_model_number(key):
@@ -241,7 +241,7 @@ def sensors_of(
         zero = normal(0.0, _CELL_ZERO_SHARE * range_of(channels[name]))
         found.append(Parameter(f"{name} zero", zero, "N", is_sensor=True))
         found.append(Parameter(f"{name} gain", normal(0.0, _CELL_GAIN), "1", is_sensor=True))
-    return [parameter for parameter in found if not is_exact(study, parameter.key)]
+    return [parameter for parameter in found if not study.is_exact(parameter.key)]
 
 
 def stated_load(key: str) -> float:

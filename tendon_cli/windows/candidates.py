@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from tendon_cli.engine.plan import columns_of_motion
 from tendon_cli.engine.task import Note
 from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
@@ -14,32 +11,17 @@ from tendon_cli.space.axis import limit_of
 from tendon_cli.windows.dependence import digests_of_windows
 from tendon_cli.windows.order import LEAST_TORQUE, Order, last_stage
 from tendon_cli.windows.question import Question
-from tendon_cli.windows.solutions import Solutions, solve, solve_windows
-from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.worst import WORST, Worst
+from tendon_cli.windows.solutions import Solutions
 
 MOST_LIMITS = 100
 """Most values of a limit for each of which an answer names the best choice."""
+FINALISTS = 20
+"""Number of choices that are solved again by the sample that sets them."""
 LimitPair = tuple[str, ...]
 """The limit that asks for more pretension and the one that asks for less, by name.
 
 A single name is that of a limit that no pretension can keep.
 """
-
-STATES_FOR_ALL = 2**30
-"""Most states, under persons or draws, for which all choices have worst values."""
-
-_SEVEREST = 8
-"""Number of conditions for each quantity, over which its worst bounds that over all conditions."""
-_BEST_BOUNDS = {
-    "max_tension": -np.inf,
-    "max_spring_extension": -np.inf,
-    "peak_motor_torque": 0.0,
-    "min_elbow_stiffness": np.inf,
-    "max_contact_pressure": -np.inf,
-    "spring_room": np.inf,
-}
-"""Bounds that no worst value can beat, by column."""
 
 
 def conflicts_of(solutions: Solutions) -> dict[LimitPair, Rows]:
@@ -121,6 +103,8 @@ def relevant(solutions: Solutions, question: Question) -> Rows:
     the choices with that value.
     """
     places = [_places_of(solutions, nearest(question, solutions))]
+    if question.sets_by_sample:
+        places.append(Order.of(question).leading(solutions, FINALISTS))
     if solutions.feasible.any():
         feasible = np.flatnonzero(solutions.feasible)
         selected = solutions.select(feasible)
@@ -163,90 +147,18 @@ def _places_of(solutions: Solutions, selected: Solutions) -> Rows:
     return np.flatnonzero(np.isin(solutions.row, selected.row))
 
 
-def leaves_out(question: Question) -> bool:
-    """Return True if choices that are not relevant are left without worst values to save time."""
-    goals = {goal.column: goal.maximise for goal in question.goals}
-    has_bounds = goals.keys().isdisjoint(columns_of_motion(question.study)) and all(
-        goals[name] == (name == "min_elbow_stiffness") for name in WORST if name in goals
-    )
-    has_groups = question.conditions.groups is not None
-    return has_groups and has_bounds and question.states > STATES_FOR_ALL
-
-
-def solve_part(solver: Solver, rows: Rows) -> Solutions:
-    """Solve choices by their rows, with the worst values at the pretension of each.
-
-    If `leaves_out`, only relevant choices have worst values. The worst over a few conditions bounds
-    the worst over all, and so the advice that a choice fails. Relevant choices are selected by such
-    bounds, worked out, and selected again, until the worst values of all of them are known: no
-    other choice is better than its bound, so the selection is right. So are choices that tell which
-    rule decides.
-    """
-    question = solver.question
-    points = question.points(rows)
-    if not leaves_out(question):
-        return solve(solver, points)
-    solved, served = solve_windows(solver, points)
-
-    def worst_of(places: Rows) -> Worst:
-        """Return the worst values of some choices over all conditions that they serve."""
-        return solver.worst(points.select(places), solved.pretension[places], served[places])
-
-    # A choice that serves nobody at its pretension has no worst values.
-    first = np.array([np.argmax(solved.served_at)])
-    severest = solver.severest_conditions(
-        points.select(first), solved.pretension[first], served[first], _SEVEREST
-    )
-    of_severest = solver.for_question(question.for_conditions(severest))
-    bounds = of_severest.worst(points, solved.pretension, served[:, severest])
-    known = worst_of(first)
-    solved = solved.with_worst(question, slice(None), _as_bounds(bounds, known), has_worst=False)
-    solved = solved.with_worst(question, first, known)
-    while True:
-        places = relevant(solved, question)
-        feasible = np.flatnonzero(solved.feasible)
-        if len(feasible):
-            undecided = Order.of(question).undecided(solved.select(feasible))
-            places = np.union1d(places, feasible[undecided])
-        missing = places[~solved.has_worst[places]]
-        if not len(missing):
-            break
-        solved = solved.with_worst(question, missing, worst_of(missing))
-    left = np.flatnonzero(~solved.has_worst)
-    # What the bounds say of advice stays: a choice that fails it by a bound surely fails it.
-    return replace(solved, worst=solved.worst.with_values(left, Worst.unknown(len(left))))
-
-
-def _as_bounds(bounds: Worst, known: Worst) -> Worst:
-    """Return bounds with those that no value can beat where a choice serves none of the conditions.
-
-    Args:
-        bounds: Worst values over a few conditions.
-        known: Worst values of one choice over all conditions.
-    """
-    columns = {}
-    for name, best_bound in _BEST_BOUNDS.items():
-        values = getattr(bounds, name)
-        # A quantity that has no value, such as pressure without a strap, has no bound.
-        if not np.isnan(getattr(known, name)[0]):
-            values = np.where(np.isnan(values), best_bound, values)
-        columns[name] = values
-    return Worst(**columns)
-
-
 def summarise(choices: Solutions, question: Question) -> Note:
     """Return the note of a part for JSON: counts, conflicts, and the rows that may be named.
 
-    `left` has, for each rule of the order, the numbers of choices that it leaves and that it may
-    leave, by their scores as text; `windows` tells for each axis whether the windows depend on it.
+    `left` has, for each rule of the order, the numbers of choices that it may leave, by their
+    scores as text; `windows` tells for each axis whether the windows depend on it.
     """
     conflicts = conflicts_of(choices)
     left = []
     if choices.feasible.any():
         stages = Order.of(question).stages(choices.select(choices.feasible))
         left = [
-            [[[*map(repr, scores)], *count] for scores, count in counts.items()]
-            for counts in stages
+            [[[*map(repr, scores)], count] for scores, count in counts.items()] for counts in stages
         ]
     return {
         "choices": len(choices),

@@ -113,6 +113,33 @@ def normalise(weighting: Array) -> Array:
     return np.asarray(scaled / np.sum(scaled))
 
 
+WORST_SHARE = 0.95
+"""Share of the persons or draws served that no worst value told exceeds."""
+
+
+def upper_quantile(values: Array, weighting: Array) -> Array:
+    """Return the smallest value that `WORST_SHARE` of the known values do not exceed, (...).
+
+    Args:
+        values: Values of groups, (..., groups); -infinity where one is unknown.
+        weighting: Weights of the groups, (groups,).
+    """
+    if np.ptp(weighting) == 0.0:
+        in_order = np.sort(values, axis=-1)
+        known = np.sum(~np.isneginf(values), axis=-1)
+        above = np.floor((1.0 - WORST_SHARE) * known + ROUNDING).astype(np.int64)
+        place = values.shape[-1] - 1 - above
+        return np.take_along_axis(in_order, place[..., np.newaxis], axis=-1)[..., 0]
+    order = np.argsort(-values, axis=-1, kind="stable")
+    in_order = np.take_along_axis(values, order, axis=-1)
+    weights = np.where(np.isneginf(in_order), 0.0, weighting[order])
+    above = np.cumsum(weights, axis=-1) - weights
+    of_all = weights.sum(axis=-1, keepdims=True)
+    is_left = above <= (1.0 - WORST_SHARE) * of_all * (1.0 + ROUNDING)
+    place = np.sum(is_left, axis=-1) - 1
+    return np.take_along_axis(in_order, np.maximum(place, 0)[..., np.newaxis], axis=-1)[..., 0]
+
+
 def effective_count(weighting: Array) -> float:
     """Return the number of equally weighted persons that tell as much: (Σw)² / Σw² (Kish)."""
     return float(1.0 / np.sum(np.square(normalise(weighting))))

@@ -12,22 +12,17 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.engine.plan import columns_of_motion
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.windows.advice import NO_ROOM
 from tendon_cli.windows.by_choice import Selection
 from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import Goal, Question
+from tendon_cli.windows.question import EQUAL, Goal, Question
 from tendon_cli.windows.solutions import Solutions
-from tendon_cli.windows.worst import WORST
 
-EQUAL = 1e-9
-"""Relative difference up to which two values are a tie."""
 BUILT = "built"
 SERVED_ENOUGH = "served_enough"
 CAN_BE_SET = "can_be_set"
@@ -44,21 +39,7 @@ MOST_TIED = 8
 """Most choices of a part that are kept because they tie."""
 
 
-class Count(NamedTuple):
-    """Number of choices with the same scores, some of which may be known by bounds alone."""
-
-    sure: int
-    """Choices that have these scores."""
-    possible: int
-    """The same, and those that may have them: no bound tells that they have lower ones."""
-
-    @property
-    def exact(self) -> int | None:
-        """The number; None if it is not known."""
-        return self.sure if self.sure == self.possible else None
-
-
-Stages = list[dict[tuple[float, ...], Count]]
+Stages = list[dict[tuple[float, ...], int]]
 """For each rule: numbers of choices that it may leave, by their scores by this rule and those
 before it."""
 
@@ -95,7 +76,7 @@ class Order:
         keeps_rest = np.bitwise_and(heeded, ~NO_ROOM) == 0
         columns = np.broadcast_arrays(
             can_be_built.astype(np.float64),
-            np.minimum(solutions.served_at, self.question.serve),
+            np.minimum(solutions.served_at, self.question.enough),
             solutions.can_be_set.astype(np.float64),
             keeps_rest.astype(np.float64),
         )
@@ -106,6 +87,23 @@ class Order:
         by_goals = solutions.scores((*self.goals, LEAST_TORQUE))
         return np.column_stack([self.first_scores(solutions), by_goals])
 
+    @property
+    def tie_breakers(self) -> tuple[Goal, ...]:
+        """Goals that decide in turn between choices that tie, before the values of their axes."""
+        if self.question.tie == EQUAL:
+            return (LEAST_TORQUE,)
+        return tuple(goal for goal in (LEAST_TENSION, LEAST_TORQUE) if goal not in self.goals)
+
+    def left(self, solutions: Solutions) -> list[Rows]:
+        """Return the places of the choices that each rule but the last leaves, ascending."""
+        rows = np.arange(len(solutions))
+        stages = []
+        for place, of_rule in enumerate(self.scores(solutions).T[:-1]):
+            tie = EQUAL if place < len(FIRST_RULES) else self.question.tie
+            rows = rows[of_rule[rows] >= _least_equal(of_rule[rows].max(), tie)]
+            stages.append(rows)
+        return stages
+
     def with_first(self, solutions: Solutions) -> Solutions:
         """Select the choices that are best by the rules before all goals."""
         return solutions.select(last_stage(self.first_scores(solutions)))
@@ -114,7 +112,9 @@ class Order:
 
     def best(self, solutions: Solutions) -> int:
         """Return the place of the choice that comes first; there is at least one."""
-        tied = last_stage(self.scores(solutions))
+        tied = self.left(solutions)[-1]
+        for of_rule in solutions.scores(self.tie_breakers).T:
+            tied = tied[of_rule[tied] >= _least_equal(of_rule[tied].max(), self.question.tie)]
         return int(tied[np.argmin(self.rank(solutions.points, tied))])
 
     def rank(self, points: Points, rows: Selection) -> Rows:
@@ -152,6 +152,12 @@ class Order:
             kept.append(np.union1d(first, in_order[:MOST_TIED]))
         return places[np.unique(np.concatenate(kept))]
 
+    def leading(self, solutions: Solutions, most: int) -> Rows:
+        """Return the places of the first few choices, the first of them first."""
+        scores = self.scores(solutions)
+        rank = self.rank(solutions.points, slice(None))
+        return np.lexsort((rank, *(-scores.T[::-1])))[:most]
+
     # --- Counting ---------------------------------------------------------------------------------
 
     def stages(self, solutions: Solutions) -> Stages:
@@ -159,52 +165,12 @@ class Order:
         scores = self.scores(solutions)
         counted = []
         for place, (left, group) in enumerate(_may_be_left(scores)):
-            _, first, possible = np.unique(group, return_index=True, return_counts=True)
-            is_sure = self._has_known_scores(solutions, place + 1)[left]
-            sure = np.bincount(group[is_sure], minlength=len(first))
+            _, first, counts = np.unique(group, return_index=True, return_counts=True)
             rows = map(tuple, scores[left[first], : place + 1].tolist())
-            counts = map(Count, sure.tolist(), possible.tolist())
-            counted.append(dict(zip(rows, counts, strict=True)))
+            counted.append(dict(zip(rows, counts.tolist(), strict=True)))
         return counted
 
-    def _has_known_scores(self, solutions: Solutions, rules: int) -> Flags:
-        """Return True where the scores by the first few rules are known, (choices,).
-
-        Rules on worst values, and on the advice that these keep, know no more than bounds in
-        choices without worst values.
-        """
-        of_worst = {*WORST, *columns_of_motion(self.question.study)}
-        if self.question.study.design.advice:
-            of_worst |= {BUILT, ADVISED}
-        if of_worst.isdisjoint(self.rules[:rules]):
-            return np.ones(len(solutions), dtype=np.bool_)
-        return solutions.has_worst
-
-    def undecided(self, solutions: Solutions) -> Rows:
-        """Return choices of a part whose worst values tell which rule decides; none if it is known.
-
-        A rule decides if it drops a choice that all rules before it leave. The last one that does
-        is known as soon as one such choice is, and all that may be left in the end.
-        """
-        left = [
-            np.arange(len(solutions)),
-            *(rows for rows, _ in _may_be_left(self.scores(solutions))),
-        ]
-        if self.is_front:
-            left = [*left[: 1 + len(FIRST_RULES)], left[-1]]
-        in_the_end = left[-1]
-        unknown: Rows = in_the_end[~solutions.has_worst[in_the_end]]
-        if len(unknown):
-            return unknown
-        for rules in reversed(range(len(left) - 1)):
-            dropped = np.setdiff1d(left[rules], left[rules + 1])
-            if self._has_known_scores(solutions, rules)[dropped].any():
-                break
-            if len(dropped):
-                return dropped[:MOST_TIED]
-        return np.empty(0, dtype=np.int64)
-
-    def count_left(self, stages: Iterable[Stages]) -> list[Count]:
+    def count_left(self, stages: Iterable[Stages]) -> list[int]:
         """Return how many of all choices each rule but the last leaves.
 
         Args:
@@ -214,9 +180,7 @@ class Order:
         for of_part in stages:
             for counts, more in zip(merged, of_part, strict=True):
                 for scores, count in more.items():
-                    before = counts.get(scores, Count(0, 0))
-                    sure = before.sure + count.sure
-                    counts[scores] = Count(sure, before.possible + count.possible)
+                    counts[scores] = counts.get(scores, 0) + count
         left: set[tuple[float, ...]] = {()}
         numbers = []
         for counts in merged:
@@ -224,17 +188,15 @@ class Order:
             top = max((scores[-1] for scores in tried), default=-np.inf)
             least = _least_equal(top)
             left = {scores for scores in tried if scores[-1] >= least}
-            sure = sum(counts[scores].sure for scores in left)
-            possible = sum(counts[scores].possible for scores in left)
-            numbers.append(Count(sure, possible))
+            numbers.append(sum(counts[scores] for scores in left))
         return numbers
 
 
-def last_stage(scores: Array) -> Rows:
+def last_stage(scores: Array, tie: float = EQUAL) -> Rows:
     """Return the rows of scores, (choices, rules), that tie by all rules, ascending."""
     rows = np.arange(len(scores))
     for of_rule in scores.T:
-        rows = rows[of_rule[rows] >= _least_equal(of_rule[rows].max())]
+        rows = rows[of_rule[rows] >= _least_equal(of_rule[rows].max(), tie)]
     return rows
 
 
@@ -258,11 +220,16 @@ def _may_be_left(scores: Array) -> list[tuple[Rows, Rows]]:
     return stages
 
 
-def _least_equal(top: npt.ArrayLike) -> Array:
-    """Return the smallest values that tie with the largest ones."""
+def _least_equal(top: npt.ArrayLike, tie: float = EQUAL) -> Array:
+    """Return the smallest values that tie with the largest ones.
+
+    Args:
+        top: The largest values.
+        tie: Relative difference up to which values are a tie.
+    """
     largest = np.asarray(top, dtype=np.float64)
     with np.errstate(invalid="ignore"):
-        return np.where(np.isfinite(largest), largest - EQUAL * np.abs(largest), largest)
+        return np.where(np.isfinite(largest), largest - tie * np.abs(largest), largest)
 
 
 def _groups_of_equals(group: Rows, values: Array) -> Rows:

@@ -9,6 +9,7 @@ from typing import Literal, Self, cast
 
 import numpy as np
 
+from tendon_cli import say
 from tendon_cli.engine.plan import bounds_of
 from tendon_cli.errors import UsageError
 from tendon_cli.model import whole_motion
@@ -55,6 +56,10 @@ CONTACT_FROM = "arm.contact_from"
 """The strap presses at every angle of the smallest value: that suffices for all."""
 _ENDS_SUFFICE = (*LINEAR, LEAN, PRETENSION, CONTACT_FROM)
 
+EQUAL = 1e-9
+"""Relative difference up to which values that are equal but for rounding are a tie."""
+_TIE_OF_SAMPLES = 0.01
+"""Relative difference up to which values of samples are a tie."""
 _OF_SEARCH = 50
 """Factor on the time of a state whose window is sought pretension by pretension."""
 
@@ -108,6 +113,8 @@ class Placement:
     its middle."""
     given: float | None = None
     """Pretension of every choice, N, if the question gives one; windows are solved nevertheless."""
+    given_as_f0: bool = False
+    """True if the given pretension is F0 of the study's own arm, whatever gauge the answer has."""
 
     def within(self, low: Array, high: Array, reserve: Array) -> Array:
         """Return the pretension of this point of windows, N.
@@ -140,9 +147,23 @@ class Question:
     """Goals of the study in their order; none if it leaves them open."""
     serve: float = 1.0
     """Share of persons or draws that a window must serve; 1 if there are neither."""
+    enough: float = 1.0
+    """Share of this sample by which a window counts as serving so many: `serve`, or more where the
+    sample is small and chooses among many."""
+    sets_by_sample: bool = False
+    """True if the best choices are solved again, and set, by a second and larger sample."""
+    tie: float = EQUAL
+    """Relative difference up to which the goals of two choices are a tie."""
+    shows_own_f0: bool = False
+    """True if the gauge is the answer's own: columns of pretension have F0 of the study's arm."""
     placement: Placement = Placement()
     arm: Numbers = field(default_factory=dict)
     """Numbers of the conditions that hold where a suit is set, (1,) each."""
+
+    @property
+    def column_read(self) -> str:
+        """Gauge whose readings columns of pretension have."""
+        return F0 if self.shows_own_f0 else self.study.setting.read
 
     @property
     def ranking(self) -> tuple[Goal, ...]:
@@ -237,6 +258,12 @@ class Question:
             groups=selected.of,
         )
         return replace(self, conditions=few)
+
+    def of_second_sample(self) -> Self:
+        """Return this question about choices that the second sample has solved and set."""
+        if not self.sets_by_sample:
+            return self
+        return replace(self, enough=self.serve, tie=_TIE_OF_SAMPLES)
 
     def with_numbers(self, numbers: Numbers) -> Self:
         """Return this question with other or further numbers set by its conditions."""
@@ -380,26 +407,52 @@ def question_of(study: Study) -> Question:
     Raises:
         StudyError: It asks for a share, but has neither persons nor draws.
     """
-    study = study.drawn()
+    stated = study
+    study = study.for_answer()
+    is_drawn = study is not stated
     check_cases_are_exact(study)
     check_reading(study)
     check_shares_are_counted(study)
     space = space_of(study).without_pretension()
     pretension = study.design.pretension
     if isinstance(pretension, StudyNumber):
-        placement = Placement(given=pretension.single)
+        is_f0 = is_drawn and not stated.states_reading
+        placement = Placement(given=pretension.single, given_as_f0=is_f0)
     else:
         placement = Placement(cast("Place", pretension))
-    return Question(
+    question = Question(
         study=study,
         choices=space.choices,
         conditions=space.conditions,
         bounds=bounds_of(study, space),
         goals=goals_of(study),
         serve=study.serve,
+        enough=study.serve,
         placement=placement,
         arm=arm_numbers(study, space.conditions),
+        shows_own_f0=is_drawn and not stated.states_reading,
     )
+    if not is_drawn or not study.design.verify or study.drawn_tables:
+        return question
+    enough = least_share_for(study.serve, question.groups.effective_count)
+    return replace(question, enough=enough, sets_by_sample=True)
+
+
+def least_share_for(serve: float, count: float) -> float:
+    """Return the least share of a sample whose 95 % interval lies at `serve` or above.
+
+    It is `serve` itself where the sample is too small to tell.
+
+    Args:
+        serve: Share that is wanted.
+        count: Effective number of the sample's members.
+    """
+    members = int(count)
+    for served in range(math.ceil(serve * members), members + 1):
+        share = served / members
+        if say.interval(share, count)[0] >= serve:
+            return share
+    return serve
 
 
 def rows_to_prove(question: Question) -> Rows:

@@ -19,7 +19,7 @@ from tendon_cli.windows.coverage import ROUNDING, serves
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Goal, Question
 from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.study_arm import tension_per_length
+from tendon_cli.windows.study_arm import given_pretensions, tension_per_length
 from tendon_cli.windows.worst import WORST, Worst
 
 End = Literal["from", "to"]
@@ -81,9 +81,7 @@ class Solutions(ByChoice):
     feasible: Flags
     """True if some pretension serves enough; if the pretension is given, that this one does."""
     worst: Worst
-    """Worst values at the pretension; a bound on them, or NaN, unless `has_worst`."""
-    has_worst: Flags
-    """True where the worst values are known."""
+    """Worst values at the pretension; NaN where they are not worked out."""
     between_samples: npt.NDArray[np.int64]
     """Place in `say.STATUSES`: the result of the proof that the window holds at every angle."""
     advice: npt.NDArray[np.int64]
@@ -138,23 +136,18 @@ class Solutions(ByChoice):
         values: Array = getattr(holder, goal.column)
         return values
 
-    def with_worst(
-        self, question: Question, rows: Selection, values: Worst, *, has_worst: bool = True
-    ) -> Solutions:
+    def with_worst(self, question: Question, rows: Selection, values: Worst) -> Solutions:
         """Return the same choices with worst values for some of them, and the advice they fail.
 
         Args:
             question: The question.
             rows: Places of these choices.
             values: Worst values, (rows,) each.
-            has_worst: False if the values are only bounds.
         """
-        known = self.has_worst.copy()
-        known[rows] = has_worst
         advice = self.advice.copy()
         advice[rows] = advice_of(question, self.points.select(rows), values)
         worst = self.worst.with_values(rows, values)
-        return replace(self, worst=worst, has_worst=known, advice=advice)
+        return replace(self, worst=worst, advice=advice)
 
 
 def solve(
@@ -219,12 +212,12 @@ def solve_windows(
         at_best = placement.within(common.best_low, common.best_high, reserve)
         pretension = np.where(low <= high, placement.within(low, high, reserve), at_best)
     else:
-        pretension = np.full(count, placement.given)
+        pretension = given_pretensions(question, points)
     is_served = serves(group_low, group_high, pretension[:, np.newaxis])  # (choices, groups)
     served_at = groups.share(is_served)
     feasible = low <= high
     if placement.given is not None:
-        feasible = served_at >= question.serve - ROUNDING
+        feasible = served_at >= question.enough - ROUNDING
     conditions = np.concatenate([common.low_condition, common.high_condition])
     named = _name_limits(question, points, ends, conditions)
     solved = Solutions(
@@ -253,7 +246,6 @@ def solve_windows(
         pretension=pretension,
         feasible=feasible,
         worst=Worst.unknown(count, solver.columns_of_motion),
-        has_worst=np.zeros(count, dtype=np.bool_),
         between_samples=np.zeros(count, dtype=np.int64),
         advice=np.zeros(count, dtype=np.int64),
     )
@@ -300,10 +292,10 @@ def _common_windows(
     high_condition = order[np.argmin(ends.high[:, order], axis=1)]
     low = _pick(ends.low, low_condition)
     high = _pick(ends.high, high_condition)
-    covered = question.groups.coverage(group_low, group_high, serve=question.serve)
+    covered = question.groups.coverage(group_low, group_high, serve=question.enough)
     serves_all = low <= high
     windows = serves_all.astype(np.int64)
-    if question.serve < 1.0:
+    if question.enough < 1.0:
         windows = covered.windows
         rows = np.flatnonzero(~np.isnan(covered.low))
         has_window = (group_low <= group_high)[:, question.groups.of]

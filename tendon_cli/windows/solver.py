@@ -16,7 +16,7 @@ from tendon_cli.errors import Stopped
 from tendon_cli.model import extremes, whole_motion, window
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import MOTOR_TORQUE, Design
-from tendon_cli.model.kinematics import Array, Flags, Rows
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import CONTACT_PRESSURE, contact_pressure
 from tendon_cli.model.motion_window import window_along
 from tendon_cli.model.motor import cycle_columns
@@ -24,8 +24,10 @@ from tendon_cli.model.moving import Moving, motion_columns
 from tendon_cli.model.power_window import within_power
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.model.window import Ends, Window
+from tendon_cli.windows.coverage import upper_quantile
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question, select_numbers
+from tendon_cli.windows.study_arm import given_pretensions
 from tendon_cli.windows.worst import QUANTITIES, Worst
 
 _STATES_AT_ONCE = 2**21
@@ -308,14 +310,13 @@ class Solver:
             read = self._all_limits(ends, points, named=False)
         low = [read.low.max(axis=1)]
         high = [read.high.min(axis=1)]
-        if question.serve < 1.0:
+        if question.enough < 1.0:
             of_groups = question.groups.windows(read.low, read.high)
-            covered = question.groups.coverage(*of_groups, serve=question.serve)
+            covered = question.groups.coverage(*of_groups, serve=question.enough)
             low += [covered.low, covered.best_low]
             high += [covered.high, covered.best_high]
-        given = question.placement.given
-        if given is not None:
-            at_given = np.full(len(read.low), given)
+        if question.placement.given is not None:
+            at_given = given_pretensions(question, points)
             low.append(at_given)
             high.append(at_given)
         return _near_any(read.low, low), _near_any(read.high, high)
@@ -325,6 +326,9 @@ class Solver:
     def worst(self, points: Points, pretension: Array, served: Flags) -> Worst:
         """Return the worst values of choices over the conditions that they serve.
 
+        Of persons or draws it is the worst of each, and of these the quantile of
+        `upper_quantile`: their maximum grows with their number.
+
         Args:
             points: The choices.
             pretension: Pretensions of the choices, (choices,), N.
@@ -333,13 +337,35 @@ class Solver:
         Returns:
             Worst values; NaN for a choice that serves no condition.
         """
-        largest = np.full((QUANTITIES, len(points)), np.nan)
+        groups = self.question.groups
+        largest = np.full((QUANTITIES, len(points), len(groups)), -np.inf)
         for rows, conditions, values in self._quantities(points, pretension):
-            of_served = np.where(served[rows, conditions], values, np.nan)
-            largest[:, rows] = np.fmax(largest[:, rows], np.fmax.reduce(of_served, axis=2))
-        of_states = Worst.of_quantities(largest)
+            of_served = np.where(served[rows, conditions], values, -np.inf)
+            known = np.where(np.isnan(of_served), -np.inf, of_served)
+            self._take_largest(largest, rows, conditions, known)
+        of_states = Worst.of_quantities(self._over_groups(largest))
         names = self.columns_of_motion
         return replace(of_states, motion=self.worst_of_motion(points, pretension, served, names))
+
+    def _take_largest(self, largest: Array, rows: slice, conditions: slice, values: Array) -> None:
+        """Raise the largest value of each group, (..., choices, groups), to those of a portion."""
+        of = self.question.groups.of[conditions]
+        firsts = np.flatnonzero(np.diff(of, prepend=-1))
+        of_portion = np.maximum.reduceat(values, firsts, axis=-1)
+        groups = slice(of[0], of[-1] + 1)
+        np.maximum(largest[..., rows, groups], of_portion, out=largest[..., rows, groups])
+
+    def _over_groups(self, largest: Array) -> Array:
+        """Return the worst over groups, (..., choices), of the worst of each; NaN if none is known.
+
+        Args:
+            largest: Largest values of the groups, (..., choices, groups), -infinity if unknown.
+        """
+        if self.question.conditions.groups is None:
+            worst = largest.max(axis=-1)
+        else:
+            worst = upper_quantile(largest, self.question.groups.weighting)
+        return np.where(np.isneginf(worst), np.nan, worst)
 
     def worst_of_motion(
         self, points: Points, pretension: Array, served: Flags, names: Sequence[str]
@@ -347,9 +373,10 @@ class Solver:
         """Return columns of motion by name, each the worst over the conditions served."""
         question = self.question
         trajectory = question.study.trajectory
-        worst = {name: np.full(len(points), np.nan) for name in names}
-        if not worst:
-            return worst
+        if not names:
+            return {}
+        largest = np.full((len(names), len(points), len(question.groups)), -np.inf)
+        signs = np.array([-1.0 if name == "efficiency" else 1.0 for name in names])
         for rows, conditions, design in self.portions(
             points.at_pretension(pretension), in_numpy=True
         ):
@@ -358,11 +385,13 @@ class Solver:
             else:
                 motion = question.angles, question.flexion, float(question.bounds.speed)
                 columns = cycle_columns(design, *motion, names)
-            for name, of_choices in worst.items():
-                values = np.where(served[rows, conditions], columns[name], np.nan)
-                extreme = np.fmin if name == "efficiency" else np.fmax
-                of_choices[rows] = extreme(of_choices[rows], extreme.reduce(values, axis=1))
-        return worst
+            shape = (rows.stop - rows.start, conditions.stop - conditions.start)
+            values = np.stack([np.broadcast_to(columns[name], shape) for name in names])
+            values = signs[:, np.newaxis, np.newaxis] * values
+            is_known = served[rows, conditions] & ~np.isnan(values)
+            self._take_largest(largest, rows, conditions, np.where(is_known, values, -np.inf))
+        worst = signs[:, np.newaxis] * self._over_groups(largest)
+        return dict(zip(names, worst, strict=True))
 
     def quantities_under_each(self, points: Points, pretension: Array, served: Flags) -> Array:
         """Return the quantities of one choice under each condition, (QUANTITIES, conditions).
@@ -374,13 +403,6 @@ class Solver:
             counts = served[rows, conditions] & ~np.isnan(values)
             largest[:, conditions] = np.where(counts, values, -np.inf)[:, 0]
         return largest
-
-    def severest_conditions(
-        self, points: Points, pretension: Array, served: Flags, most: int
-    ) -> Rows:
-        """Return the conditions that are the worst for one choice, `most` for each quantity."""
-        largest = self.quantities_under_each(points, pretension, served)
-        return np.unique(np.argsort(-largest, axis=1, kind="stable")[:, :most])
 
     def _quantities(
         self, points: Points, pretension: Array

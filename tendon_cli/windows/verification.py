@@ -14,8 +14,8 @@ from tendon_cli.space.axis import SAMPLE_AXES, Axis
 from tendon_cli.space.space import Space
 from tendon_cli.windows.coverage import ROUNDING, effective_count_of_strata, serves
 from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import LEAN, Question
-from tendon_cli.windows.solutions import Solutions
+from tendon_cli.windows.question import LEAN, Placement, Question, cost_per_design, is_sought
+from tendon_cli.windows.solutions import Binding, End, Solutions, solve
 from tendon_cli.windows.solver import Solver
 
 if TYPE_CHECKING:
@@ -24,6 +24,12 @@ if TYPE_CHECKING:
 _POSTURE_STEP = np.radians(5.0)
 """Largest step between postures of the upper arm at which an interval of them is judged, rad.
 Limits are linear in its sine and cosine, so that they miss 0.1 % of the arm's weight between."""
+_MOST_STATES = 2**25
+"""Most states of one choice that a fresh sample has, or as many as take as long."""
+_FEWEST_MEMBERS = 256
+"""Members that a fresh sample has however long they take."""
+_FEWER_TO_SET = 8
+"""Factor by which the sample that sets choices is smaller than the one that judges."""
 _INSIDE = 3
 """Values at which any other interval is judged in which limits are not linear."""
 
@@ -49,8 +55,8 @@ class Verified:
     """True for the conditions that set an end of their member's window, (conditions,)."""
 
     def is_enough(self, serve: float) -> bool:
-        """Return True if the share is at least `serve`, apart from rounding."""
-        return self.value >= serve - ROUNDING
+        """Return True if the sample does not refute that so many are served."""
+        return self.interval[1] >= serve - ROUNDING
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +68,13 @@ class Verifier:
     sample: FreshSample
 
     @classmethod
-    def of(cls, solver: Solver) -> Self | None:
-        """Return the judge of a question's choices; None if it has no fresh sample."""
+    def of(cls, solver: Solver, *, second: bool = False) -> Self | None:
+        """Return the judge of a question's choices; None if it has no fresh sample.
+
+        Args:
+            solver: Solver of the question.
+            second: True for the sample that sets choices, under the question's own conditions.
+        """
         question = solver.question
         counted = {axis.key for axis in question.conditions.axes if axis.role == "draw"}
         if not counted or not counted <= set(SAMPLE_AXES):
@@ -71,14 +82,20 @@ class Verifier:
         # A question without persons and draws does without the import.
         from tendon_cli.studies.fresh_sample import fresh_sample
 
-        sample = fresh_sample(question.study)
+        sample = fresh_sample(question.study, second=second)
         if sample is None:
             return None
-        others = [
-            _with_inside(question, axis) for axis in question.conditions.axes if axis.role != "draw"
-        ]
+        others = [axis for axis in question.conditions.axes if axis.role != "draw"]
+        if not second:
+            others = [_with_inside(question, axis) for axis in others]
         conditions = Space((sample.axis, *others)).grouped()
-        return cls(solver.for_question(replace(question, conditions=conditions)), sample)
+        of_sample = replace(question, conditions=conditions, enough=question.serve)
+        judge = cls(solver.for_question(of_sample), sample)
+        of_member = judge.solver.question.groups.conditions_per_group * cost_per_design(of_sample)
+        most = _MOST_STATES // of_member
+        if second and is_sought(question):
+            most //= _FEWER_TO_SET  # it solves many choices, where each window is sought
+        return judge.thinned(max(_FEWEST_MEMBERS, most))
 
     def thinned(self, most: int) -> Self:
         """Return a judge that asks at most so many members (`FreshSample.thinned`)."""
@@ -99,6 +116,25 @@ class Verifier:
         """
         return replace(self, solver=self.solver.for_question(question))
 
+    def set_choices(self, choices: Solutions) -> Solutions:
+        """Return choices with the windows, settings and worst values of this sample.
+
+        The conditions that bind are those of the same kind in the question's own sample.
+
+        Args:
+            choices: Choices of the question, solved under its own conditions.
+        """
+        solved = solve(self.solver, choices.points)
+        per_group = self.solver.question.groups.conditions_per_group
+
+        def of_own_sample(end: End) -> Binding:
+            binding = solved.binding(end)
+            own = choices.binding(end).condition
+            condition = own - own % per_group + binding.condition % per_group
+            return replace(binding, condition=condition)
+
+        return replace(solved, from_binding=of_own_sample("from"), to_binding=of_own_sample("to"))
+
     def judge(self, choice: Solutions) -> Verified | None:
         """Judge one choice at its pretension; return None if it has no pretension."""
         pretension = float(choice.pretension[0])
@@ -118,7 +154,7 @@ class Verifier:
         """
         question = self.solver.question
         if ends is None:
-            placement = replace(question.placement, given=pretension)
+            placement = Placement(given=pretension)
             ends = self.solver.for_question(replace(question, placement=placement)).ends(points)
         groups = question.groups
         group_low, group_high = groups.windows(ends.low, ends.high)

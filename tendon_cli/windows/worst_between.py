@@ -44,6 +44,8 @@ def worst_between(solver: Solver, points: Points, pretension: Array, served: Fla
         Its worst values; NaN if it serves no condition.
     """
     question = solver.question
+    if question.conditions.groups is not None:
+        return solver.worst(points, pretension, served)
     values = solver.quantities_under_each(points, pretension, served)  # (QUANTITIES, conditions)
     is_known = np.isfinite(values)
     most = values.max(axis=1)

@@ -138,7 +138,7 @@ def test_the_choices_that_an_answer_names_are_proved_and_it_says_so():
     assert known["status"] == "proven"
     assert known["scope"] == "every angle from 0 to 120 deg and every load from 0 to 8 kg"
     assert 0.0 < known["margin"] <= 1e-6
-    assert f"Proved for {known['scope']}." in " ".join(answer.text.split())
+    assert f"the window is proved for {known['scope']}" in " ".join(answer.text.split())
     named = {row["choice"] for row in known["choices"]}
     is_proven = answer.choices.between_samples == "proven"
     assert is_proven.tolist() == [choice in named for choice in range(2)]
@@ -166,7 +166,7 @@ def test_a_window_for_which_the_cells_do_not_suffice_is_open(monkeypatch):
     answer = tendon.design(tendon.study({"spring": {"stiffness": 5e3}, "spool": {"ratio": 0.6}}))
     assert answer.record["best"]["between_samples"] == "open"
     text = " ".join(answer.text.split())
-    assert "Not proved for every angle from 0 to 90 deg" in text
+    assert "not proved for every angle from 0 to 90 deg" in text
 
 
 def test_the_proof_catches_an_end_that_the_grid_misses(monkeypatch):

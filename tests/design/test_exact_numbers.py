@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from tendon_cli.answers.exact_numbers import USUAL_DEVIATIONS
 
 import tendon_cli as tendon
-from tendon_cli.answers.exact_numbers import USUAL_DEVIATIONS
 from tendon_cli.errors import StudyError
 from tendon_cli.studies.load import study_from
 from tendon_cli.windows.question import question_of
@@ -100,7 +100,7 @@ def test_what_a_study_draws_is_not_taken_as_exact():
         for record in answer.record["taken_as_exact"]
     ]
     assert moves == sorted(moves, reverse=True)
-    assert "Taken as exact: " in answer.text
+    assert "Taken as exact\n" in answer.text
 
 
 def test_persons_leave_out_what_comes_from_their_bodies():

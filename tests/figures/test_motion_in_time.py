@@ -1,13 +1,15 @@
 """A motion in time is shown over time: its turns, the range of the torque, the record's ends."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import tendon_cli as tendon
 from tendon_cli import say
-from tendon_cli.answers.text_short import short_text
+from tendon_cli.answer_record import ChecksRecord, CutoffCheck
+from tendon_cli.answers.text import short_text
 from tendon_cli.cube.choice_grid import over_motion
 from tendon_cli.reports.data import MOST_SAMPLES, curves, places_of, states_record
 from tendon_cli.studies.spaces import space_of
@@ -99,7 +101,7 @@ def test_the_page_has_the_samples_of_the_motion_with_both_candidates(swept):
 
 def test_the_window_over_time_is_the_tightest_of_all_moments_that_count(answer, tmp_path):
     best = answer.record["best"]
-    window = over_motion(answer.record)
+    window = over_motion(answer.answer)
     assert window.is_in_time
     floor, roof = window.tightest
     assert np.nanmax(floor[window.does_count]) == pytest.approx(best["pretension_from"], rel=1e-6)
@@ -148,7 +150,7 @@ def test_what_the_cutoff_decides_is_said_first_and_nothing_of_a_clean_record(swe
     assert "decided by the cutoff" not in answer.text
     noisy = study_of(ANGLE + NOISE)
     run = tendon.sweep(noisy)
-    said = say.cutoff_words(run.record["checks"])
+    said = say.cutoff_words(ChecksRecord.from_json(run.record["checks"]))
     assert said.startswith("The motor's peaks are decided by the cutoff: ")
     assert said in run.text.splitlines()[1]
     check = run.record["checks"]["cutoff"]
@@ -158,8 +160,8 @@ def test_what_the_cutoff_decides_is_said_first_and_nothing_of_a_clean_record(swe
     assert "at 4.2 Hz" in said
     decided = tendon.design(noisy)
     first = decided.short.split("\n\n")[0].replace("\n  ", " ")
-    assert say.cutoff_words(decided.record["checks"]) in first
-    without_window = {**decided.record, "best": None}
+    assert say.cutoff_words(decided.answer.checks) in first
+    without_window = replace(decided.answer, best=None)
     first = short_text(without_window).split("\n\n")[0].replace("\n  ", " ")
     assert first.startswith("No pretension works for the design")
     assert "decided by the cutoff" in first
@@ -174,16 +176,17 @@ def test_a_cutoff_that_leaves_no_window_is_named():
 
 
 def test_cutoff_words_leave_out_what_is_not_known():
-    check = {
-        "cutoff": 6.0,
-        "lower": 4.2,
-        "peak_motor_speed": (None, None),
-        "peak_motor_power": (10.0, 5.0),
-        "decides": True,
-    }
-    said = say.cutoff_words({"cutoff": check})
+    check = CutoffCheck(
+        cutoff=6.0,
+        lower=4.2,
+        peak_motor_speed=(None, None),
+        peak_motor_power=(10.0, 5.0),
+        decides=True,
+    )
+    said = say.cutoff_words(ChecksRecord(cutoff=check))
     assert said == "The motor's peaks are decided by the cutoff: 10 W at 6 Hz, 5 W at 4.2 Hz."
-    assert say.cutoff_words({"cutoff": {**check, "decides": False}}) == ""
+    undecided = replace(check, decides=False)
+    assert say.cutoff_words(ChecksRecord(cutoff=undecided)) == ""
     assert say.cutoff_words(None) == ""
 
 

@@ -7,6 +7,7 @@ import pytest
 from matplotlib.text import Text
 
 import tendon_cli as tendon
+from tendon_cli import say
 from tendon_cli.cube.cube import choices_of
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.answer_figures import draw_over
@@ -109,11 +110,13 @@ def test_a_question_without_such_a_limit_has_no_trade_off():
     assert "buys" not in answer.text
 
 
-def test_words_put_values_with_one_outcome_into_one_line(answer):
+def test_the_best_choices_with_each_value_of_a_limit_stand_side_by_side(answer, trade_off):
     lines = answer.text.splitlines()
-    start = lines.index("What the limit on motor torque buys")
-    assert lines[start + 2].split() == ["10", "N", "m", "no", "window"]
-    assert lines[start + 4].startswith("  12 to 16 N m")
+    start = lines.index("What each limit buys: limits.peak_motor_torque")
+    (said,) = (line.split() for line in lines[start:] if line.split()[:1] == ["max_tension"])
+    tensions = [best["max_tension"] for best in trade_off["best"] if best is not None]
+    assert said[1] == "N"
+    assert {say.number(tension) for tension in tensions} >= set(said[2:])
 
 
 def test_the_picture_has_a_bar_for_each_window(answer, folder, trade_off):

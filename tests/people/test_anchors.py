@@ -162,7 +162,7 @@ def test_the_answer_for_a_measured_person_is_that_for_the_arm_typed_in(tmp_path)
         np.testing.assert_allclose(
             of_person, typed.table("choices").column(column).to_numpy(), rtol=1e-12
         )
-    assert "To set it on this person" in answer.text
+    assert " on this person, " in " ".join(answer.short.split())
     assert "the mean man" not in answer.text
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from tendon_cli.answers.remedies import members_to_judge
 
 import tendon_cli as tendon
 from tendon_cli import say
-from tendon_cli.answers.remedies import members_to_judge
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.studies.fresh_sample import fresh_sample
 from tendon_cli.studies.load import study_from
@@ -444,7 +444,6 @@ def test_nothing_needs_a_change_where_another_pretension_serves_enough():
     assert answer.record["fixes"] == answer.record["would_take"] == []
     span = f"from {say.number(verdict['from'])} to {say.number(verdict['to'])} N"
     assert f"anything {span} of pretension serves at least 95 %" in " ".join(answer.short.split())
-    assert f"anything {span} serves at least 95 % of them" in " ".join(answer.text.split())
     at_other = {"design": {"pretension": f"{1.01 * verdict['from']} N"}}
     again = tendon.design(study_of(TOO_LOW, at_other))
     assert again.best["served_verified"]["value"] >= 0.95

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tendon_cli.answers.people import GroupWindows, reasons_not_served
-from tendon_cli.answers.text_people import LESS, MORE, NEITHER
+from tendon_cli.answers.phrases import LESS, MORE, NEITHER
 from tendon_cli.studies.load import study_from
 from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solver import Solver

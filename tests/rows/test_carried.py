@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.answer_record import CarriedRecord
 from tendon_cli.answers.phrases import sums_words
 from tendon_cli.cube.rows import export, rows_in
 from tendon_cli.errors import StudyError
@@ -212,5 +214,6 @@ def test_the_record_reads_back_as_the_same_study(folder, run):
     ids=["two parts", "one part", "a price that is not known"],
 )
 def test_a_sum_is_said_of_several_parts_whose_numbers_are_known(tables, row, words):
-    question = {"carried": {"price": {"unit": "EUR", "tables": tables}}}
+    price = CarriedRecord(name="price", unit="EUR", tables=tables)
+    question = SimpleNamespace(carried={"price": price})
     assert sums_words(question, row) == words

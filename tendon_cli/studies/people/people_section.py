@@ -88,13 +88,13 @@ class People(Part):
         """
         return self._bodies(BODIES, OF_THE_STUDY, where, accepts_slips=accepts_slips)
 
-    def fresh(self, count: int) -> "Population":
+    def fresh(self, count: int, stream: Stream = OF_FRESH_BODIES) -> "Population":
         """Return a fresh sample of about so many bodies, none of which is among the study's own.
 
         Persons of a survey are drawn anew. Those of a file are the same: for each of them, what
         was not measured is drawn anew.
         """
-        return self._bodies(count, OF_FRESH_BODIES)
+        return self._bodies(count, stream)
 
     @property
     def nominal(self) -> "Population":
@@ -122,7 +122,7 @@ class People(Part):
 
         women = self.women.single if self.women is not None else None
         if not isinstance(self.file, FileContent):
-            persons = count if stream == OF_FRESH_BODIES else self.count
+            persons = self.count if stream == OF_THE_STUDY else count
             return draw(self.survey, self.sex, persons, self.seed, women, stream)
         return read_population(
             self.file.content,

@@ -61,10 +61,11 @@ def check_text(text):
 
 def check_text_of_record(answer):
     """Assert that the text follows from the record as `design.json` holds it."""
+    from tendon_cli.answer_record import as_answer
     from tendon_cli.answers.text import answer_text
 
     record = json.loads(json.dumps(answer.record, allow_nan=False))
-    assert answer_text(record) == answer.record["text"]
+    assert answer_text(as_answer(record)) == answer.record["text"]
 
 
 def check_pretension(answer):

@@ -1,4 +1,4 @@
-"""Words on what a question leaves out, and on what a proof holds for."""
+"""Notes on what a question leaves out, and on what a proof holds for."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from tendon_cli import say
 from tendon_cli.answer_record import FreshRecord
-from tendon_cli.answers.text_verified import members
+from tendon_cli.answers.phrases import members
 from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.study import Study, keys
 
@@ -33,8 +33,6 @@ def question_notes(
             "the study's pretensions per side are not used: the answer is one pretension for both"
             " sides"
         )
-    if any(study.numbers[key].is_axis for key in pretensions):
-        yield ("the study's pretensions are not used: the window is computed exactly, without them")
     for table in study.row_tables:
         if PRETENSION in [split_side(key)[0] for key in table.keys]:
             whose = "study's cases" if table.is_of_cases else f"table {table.key}"
@@ -67,16 +65,8 @@ def question_notes(
             " study has draws = 0 under [uncertainty]"
         )
     stated = study.uncertainty
-    if stated is not None and stated.asks_for_draws and stated.draws and not study.uncertain:
+    if stated is not None and stated.asks_for_draws and stated.draws and not study.to_draw:
         yield "nothing in this study is uncertain, so [uncertainty] draws nothing"
-
-
-def note_on_worst_values(choices: int) -> str:
-    """Note that most of so many choices have no worst values."""
-    return (
-        f"all {choices:,} choices have their window, but only those that may be the best have the"
-        " worst values at their pretension; these are null for the others"
-    )
 
 
 def note_on_motion(choices: int) -> str:
