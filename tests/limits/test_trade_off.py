@@ -8,6 +8,7 @@ from matplotlib.text import Text
 
 import tendon_cli as tendon
 from tendon_cli import say
+from tendon_cli.answer_record import as_answer
 from tendon_cli.cube.cube import choices_of
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.answer_figures import draw_over
@@ -88,7 +89,8 @@ def test_the_legend_has_a_star_only_if_it_is_drawn(answer, trade_off):
     between = {**answer.record["best"], "choice": answer.record["choices"]}
     for best, is_drawn in ((answer.record["best"], True), (between, False)):
         record = {**answer.record, "best": best}
-        page = draw_trade_off(cube, record, trade_off, trade_off["column"])
+        (of_limit,) = as_answer(record).trade_offs
+        page = draw_trade_off(cube, as_answer(record), of_limit, of_limit.column)
         stars = [line for axes in page.figure.axes for line in axes.lines]
         assert any(line.get_marker() == "*" for line in stars) == is_drawn
         texts = " ".join(text.get_text() for text in page.figure.findobj(Text))
@@ -121,7 +123,8 @@ def test_the_best_choices_with_each_value_of_a_limit_stand_side_by_side(answer, 
 
 def test_the_picture_has_a_bar_for_each_window(answer, folder, trade_off):
     cube = choices_of(answer.kept("choices"), answer.study)
-    page = draw_trade_off(cube, answer.record, trade_off, trade_off["column"])
+    (of_limit,) = as_answer(answer.record).trade_offs
+    page = draw_trade_off(cube, as_answer(answer.record), of_limit, of_limit.column)
     upper, lower = page.figure.axes
     (bars,) = [drawn for drawn in upper.collections if drawn.get_gid() == "windows"]
     best = [choice for choice in trade_off["best"] if choice is not None]
@@ -152,8 +155,8 @@ def test_rows_that_set_a_limit_are_named_where_they_stand(tmp_path):
     answer = tendon.design(study, tmp_path / "answer")
     cube = choices_of(answer.kept("choices"), answer.study)
     draw_over(cube, answer.record, "motor", None, tmp_path / "by_name.png")
-    (record,) = answer.record["trade_offs"]
-    page = draw_trade_off(cube, answer.record, record, "limit_peak_motor_torque")
+    (record,) = as_answer(answer.record).trade_offs
+    page = draw_trade_off(cube, as_answer(answer.record), record, "limit_peak_motor_torque")
     _, lower = page.figure.axes
     named = [text.get_text() for text in lower.get_xticklabels()]
     assert named == ["10 N m (M10)", "12 N m (M12)"]
