@@ -150,7 +150,7 @@ def draw_tolerance(
     notes = [_MEANING.format(served_words(record)), *grid.notes]
     if np.isinf(high).any():
         notes.append(_NO_END)
-    return _pages(cube, record, chosen, part, "how far the setting may be off", notes)
+    return _draw_map(cube, record, chosen, part, "how far the setting may be off", notes)
 
 
 def draw_served(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list[Page]:
@@ -178,10 +178,10 @@ def draw_served(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list[
         is_in_cells=True,
     )
     title = "the largest share that one pretension serves"
-    return _pages(cube, record, chosen, part, title, list(grid.notes))
+    return _draw_map(cube, record, chosen, part, title, list(grid.notes))
 
 
-def _pages(
+def _draw_map(
     cube: Cube,
     record: AnswerRecord,
     chosen: ChoiceRecord,

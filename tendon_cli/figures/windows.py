@@ -124,7 +124,7 @@ def draw_panel(
     is_window = low <= roof
     is_gap = ~is_window & ~np.isnan(low)
     for holds, fill in ((is_window, WINDOW), (is_gap, NO_WINDOW)):
-        if scale.names:
+        if scale.names and holds.any():
             bars: dict[str, Any] = {"color": fill, "linewidth": 6.0, "gid": "windows"}
             panel.vlines(x[holds], low[holds], roof[holds], **bars)
         elif holds.any():
@@ -437,7 +437,8 @@ def draw_trade_off(
     tensions = tension.scaled(_column(choices, "max_tension"))
     for panel, values in ((upper, pretension), (lower, tensions)):
         panel.plot(scale.places, values, color=INK, gid="best of each", **_END)
-        panel.plot(scale.places[at], values[at], gid="best", **STAR)
+        if at:
+            panel.plot(scale.places[at], values[at], gid="best", **STAR)
     lower.set_ylabel(tension.label)
     lower.set_ylim(0.0, _ROOM * float(np.nanmax(tensions)))  # from 0: a millinewton is no step
     scale.apply(lower, "x", width - 20.0, cells=True)
