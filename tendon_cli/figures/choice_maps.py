@@ -29,7 +29,7 @@ from tendon_cli.figures.slices import (
     Area,
     Border,
     Colours,
-    Grid,
+    PanelGrid,
     Slice,
     draw_slice,
     grid_of,
@@ -64,7 +64,7 @@ _COLUMNS = (
 
 def grid_of_choices(
     cube: Cube, axes: tuple[Axis, Axis], width: float = PAGE_WIDTH
-) -> tuple[Grid, dict[str, ColumnArray]]:
+) -> tuple[PanelGrid, dict[str, ColumnArray]]:
     """Lay all choices out over two axes, and read their columns (panels, y, x)."""
     chosen = cube.choose([])
     grid = grid_of(cube, axes, chosen, width)
@@ -203,7 +203,7 @@ def _draw_map(
     return pages
 
 
-def _star_at(grid: Grid, chosen: ChoiceRecord) -> tuple[int, float, float] | None:
+def _star_at(grid: PanelGrid, chosen: ChoiceRecord) -> tuple[int, float, float] | None:
     """Return where the choice named first stands: its panel, and its place there."""
     places = np.argwhere(grid.rows == chosen["choice"])
     if not chosen["feasible"] or not len(places):

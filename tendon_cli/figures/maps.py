@@ -32,7 +32,7 @@ from tendon_cli.figures.slices import (
     Area,
     Border,
     Colours,
-    Grid,
+    PanelGrid,
     Slice,
     draw_slice,
     grid_of,
@@ -143,7 +143,7 @@ def _value_shown(cube: Cube, spec: FigureSpec) -> str:
 def _slice(
     cube: Cube,
     spec: FigureSpec,
-    grid: Grid,
+    grid: PanelGrid,
     name: str,
     read: Mapping[str, ColumnArray],
     rooms: Mapping[str, Floats],

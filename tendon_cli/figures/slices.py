@@ -191,7 +191,7 @@ class Slice:
 
 
 @dataclass(frozen=True)
-class Grid:
+class PanelGrid:
     """Rows of a table in panels over two axes."""
 
     x: Scale
@@ -210,7 +210,7 @@ def grid_of(
     chosen: Mapping[str, Rows],
     width: float,
     units: Mapping[str, str] | None = None,
-) -> Grid:
+) -> PanelGrid:
     """Lay rows of a table out in panels; the load varies fastest, so that it is seen side by side.
 
     Args:
@@ -239,7 +239,7 @@ def grid_of(
     texts = [value_texts(cube, axis, positions[axis.column], units) for axis in reversed(others)]
     titles = tuple(", ".join(reversed(words)) for words in itertools.product(*texts))
     in_row = len(positions[others[0].column]) if others else 1
-    return Grid(scales[0], scales[1], rows, titles, in_row, notes)
+    return PanelGrid(scales[0], scales[1], rows, titles, in_row, notes)
 
 
 def _most_panels(width: float) -> tuple[int, int]:
@@ -351,7 +351,10 @@ def _draw_area(axes: Axes, part: Slice, area: Area, panel: int) -> None:
     x = part.x.edges
     y = part.y.edges
     rows, columns = np.nonzero(area.holds[panel])
-    left, right, low, high = x[columns], x[columns + 1], y[rows], y[rows + 1]
+    left = x[columns]
+    right = x[columns + 1]
+    low = y[rows]
+    high = y[rows + 1]
     across = np.stack([left, right, right, left, left], axis=1)
     up = np.stack([low, low, high, high, low], axis=1)
     corners = np.stack([across, up], axis=-1).reshape(-1, 2)

@@ -523,7 +523,8 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list
     panel.fill_between(drawn.along, floor, np.minimum(roof, drawn.top), where=has_window, **area)
     low, high = drawn.window
     panel.axhspan(low, min(high, drawn.top), color="#8fbfe0", linewidth=0.0, zorder=0.9)
-    first, last = float(drawn.along[0]), float(drawn.along[-1])
+    first = float(drawn.along[0])
+    last = float(drawn.along[-1])
     panel.set_xlim((first, last) if first < last else (first - 1.0, last + 1.0))
     panel.set_ylim(0.0, drawn.top)
     panel.set_xlabel(drawn.axis_label)

@@ -67,7 +67,8 @@ def test_a_map_of_rows_has_every_margin_and_hatches_what_is_unstable(run: Path) 
         place = (2 - round(up), round(across))
         letter, _, number = text.get_text().partition(" ")
         assert float(number.replace("−", "-")) == pytest.approx(margins[place], rel=5e-3)
-        assert letter == ("S" if margins[place] < 0.0 else "U" if unstable[place] else "F")
+        wanted = "U" if unstable[place] else "F"
+        assert letter == ("S" if margins[place] < 0.0 else wanted)
     (hatched,) = by_gid(axes, "unstable")
     for row, load in np.ndindex(3, 3):
         assert hatched.get_path().contains_point((load, 2 - row)) == unstable[row, load]
