@@ -53,12 +53,13 @@ $(DOCS): $(READY)
 	@touch $@
 
 docs: $(DOCS)  ## make the figures of the documentation and build it, to be read in docs/_build/index.html
-	@echo "Making the figures of the pages, about a minute ..."
+	@echo "1 of 3: making the figures of the pages, about a minute"
 	@$(BIN)/python docs/figures.py
-	@echo "Running the notebooks and building the pages, about a minute ..."
-	@OMP_NUM_THREADS=1 $(BIN)/python -m sphinx -q -W --keep-going -j auto -b html docs docs/_build
-	@! grep -nE '(–|—)(arm|reversal|set|json|[a-z]+-[a-z]+)\b|[“”‘]' docs/_build/*.html docs/_build/notebooks/*.html || { echo "typographic signs in what is to be typed"; exit 1; }
-	@! grep -lE '(<script|<link|<img)[^>]*(src|href)="(https?:)?//' docs/_build/*.html docs/_build/notebooks/*.html || { echo "these pages need the network"; exit 1; }
+	@echo "2 of 3: building the pages"
+	@$(BIN)/python -m sphinx -q -W --keep-going -j auto -b html docs docs/_build
+	@echo "3 of 3: looking for signs that cannot be typed, and for links that need the network"
+	@! grep -nE '(–|—)(arm|reversal|set|json|[a-z]+-[a-z]+)\b|[“”‘]' docs/_build/*.html || { echo "typographic signs in what is to be typed"; exit 1; }
+	@! grep -lE '(<script|<link|<img)[^>]*(src|href)="(https?:)?//' docs/_build/*.html || { echo "these pages need the network"; exit 1; }
 	@echo "The documentation: docs/_build/index.html"
 
 paper: $(READY)  ## reproduce the paper into results/paper: every figure, and a check of every finding and claim
@@ -77,8 +78,8 @@ $(TORTURE): $(READY)
 torture: $(TORTURE)  ## the whole of what the tests sample
 	$(BIN)/python -m pytest -q -n auto -m torture
 
-friction: $(READY)  ## fit 200 seeds of every simulated rig, table in docs/friction-background.md
-	@nice $(BIN)/python -m verification.friction_rigs.torture --write docs/friction-background.md
+friction: $(READY)  ## fit 200 seeds of every simulated rig, table in verification/friction.md
+	@nice $(BIN)/python -m verification.friction_rigs.torture --write verification/friction.md
 
 mutants: $(READY)  ## put random faults into copies of the package and see whether the tests notice; MUTANTS="--count 60"
 	nice $(BIN)/python -m tools.mutants $(MUTANTS)

@@ -1,18 +1,15 @@
-"""Sphinx configuration: Markdown pages, notebooks that are run, the library; all offline."""
+"""Sphinx configuration: Markdown pages and the library; all offline."""
 
-import os
-import sys
-import tempfile
+import re
 from pathlib import Path
 
-from docutils.nodes import SkipNode
+from docutils.nodes import SkipNode, literal, raw, row, table
 from latex2mathml.converter import convert
 from pygments.lexers.special import TextLexer
+from sphinx.addnodes import index
+from sphinx.transforms import SphinxTransform
 
 from tendon_cli import __version__
-
-sys.path.insert(0, str(Path(__file__).parent))
-import messages  # beside this file
 
 project = "tendon"
 author = "The tendon developers"
@@ -20,19 +17,10 @@ copyright = "the tendon developers, MIT licence"  # noqa: A001 - the name Sphinx
 release = __version__
 version = __version__
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-exclude_patterns = ["_build", "jupyter_execute", "pages"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+exclude_patterns = ["_build", "pages", "notebooks"]
 # Pages of HTML that figures.py makes, such as the report of the demo.
 html_extra_path = ["pages"] if Path(__file__).with_name("pages").is_dir() else []
-# Each notebook is run with the pages, and a cell that fails ends the build.
-nb_execution_mode = "force"
-nb_execution_raise_on_error = True
-nb_execution_timeout = 300
-# Without this setting each kernel warns that it talks to this process.
-quiet = Path(tempfile.mkdtemp(), "profile_default")
-quiet.mkdir()
-(quiet / "ipython_kernel_config.py").write_text("c.Application.log_level = 40\n", encoding="utf-8")
-os.environ["IPYTHONDIR"] = str(quiet.parent)
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
 nitpicky = False
@@ -65,15 +53,25 @@ def write_displayed(writer, node):
     raise SkipNode
 
 
-def insert_messages(_app, _page, source):
-    """Insert all messages into the page that asks for it."""
-    place = "<!-- every message, from the code -->"
-    if place in source[0]:
-        source[0] = source[0].replace(place, messages.sections())
+class IndexFirstColumns(SphinxTransform):
+    """Index what a table of reference lists, so that a search finds a key's own entry first."""
+
+    default_priority = 800  # before Sphinx collects what is indexed
+
+    def apply(self):  # noqa: D102 - as Sphinx names it
+        for mark in list(self.document.findall(raw)):
+            if not mark.astext().startswith("<!-- from the code") or "usual" in mark.astext():
+                continue
+            for line in mark.next_node(table, siblings=True, descend=False).findall(row):
+                for name in list(line[0].findall(literal)):
+                    # A search is for "--out" or "tendon plot", without what goes in their place.
+                    text = re.split(r" (?=[A-Z[]|\w+[|:])|\(", name.astext())[0]
+                    place = self.document.set_id(name)
+                    name.parent.append(index(entries=[("single", text, place, "", None)]))
 
 
 def setup(app):
-    """Connect what Sphinx calls: messages, plain tables of numbers, formulas as MathML."""
-    app.connect("source-read", insert_messages)
+    """Connect what Sphinx calls: an index of keys, plain tables of numbers, formulas as MathML."""
+    app.add_transform(IndexFirstColumns)
     app.add_lexer("csv", TextLexer)
     app.add_html_math_renderer("mathml", (write_inline, None), (write_displayed, None))

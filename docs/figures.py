@@ -22,6 +22,7 @@ import tempfile
 from pathlib import Path
 
 from tendon_cli import cli
+from tendon_cli.errors import EXIT_NEGATIVE
 
 DOCS = Path(__file__).parent
 IMPORTED = [
@@ -29,7 +30,7 @@ IMPORTED = [
     "tendon_cli.answers.record",
     "tendon_cli.figures.draw",
     "tendon_cli.figures.answer_figures",
-    "tendon_cli.friction",
+    "tendon_cli.fits.friction",
     "matplotlib.backends.backend_agg",
     "pandas",
     "pyarrow.parquet",
@@ -94,11 +95,15 @@ def _make(wanted: tuple[tuple[str, Files], Images]) -> list[Path]:
 
 def _run(command: str, folder: str) -> None:
     """Run a command with the tendon of this environment; print what it says only if it fails."""
-    parts = command.split(" && ")
-    if all(part.startswith("tendon ") for part in parts):
-        for part in parts:
+    for part in command.split(" && "):
+        if part.startswith("tendon "):
             _call(part, folder)
-        return
+        else:
+            _type(part, folder)
+
+
+def _type(command: str, folder: str) -> None:
+    """Run a command in a shell."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(  # noqa: S602 - our own pages
         command,
@@ -115,7 +120,7 @@ def _run(command: str, folder: str) -> None:
 
 
 def _call(command: str, folder: str) -> None:
-    """Run a command of tendon in this process; print what it says only if it fails."""
+    """Run a command of tendon in this process; a negative result has figures, too."""
     said = io.StringIO()
     code: str | int | None = None
     with (
@@ -127,7 +132,7 @@ def _call(command: str, folder: str) -> None:
             cli.main(shlex.split(command)[1:])
         except SystemExit as end:
             code = end.code
-    if code:
+    if code not in (None, 0, EXIT_NEGATIVE):
         sys.stderr.write(said.getvalue())
         raise subprocess.CalledProcessError(int(code), command)
 

@@ -1,4 +1,4 @@
-"""Write the tables of reference into the pages, from the code itself: `python docs/reference.py`.
+"""Tables of reference, from the code itself; `python docs/refresh.py` writes them into the pages.
 
 They stand between `<!-- from the code: NAME -->` and `<!-- until here -->`; a test compares them
 with the tables that are written here.
@@ -17,19 +17,17 @@ import typer
 
 import tendon_cli
 from tendon_cli import cli, errors, say
-from tendon_cli.answers.remedies import PARAMETERS
 from tendon_cli.model.limits import ADDED, LIMITS
 from tendon_cli.quantities import (
     OF_CYCLES,
     OF_DESIGNS,
     OF_STATES,
     OF_TRAJECTORIES,
-    PLAUSIBLE,
     QUANTITIES,
-    Quantity,
 )
 from tendon_cli.space.axis import limit_of, split_side
 from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.usual import USUAL, UsualDeviation
 from tendon_cli.units import UNITS
 
 MARKED = re.compile(r"(<!-- from the code: ([\w -]+) -->\n).*?(<!-- until here -->)", re.DOTALL)
@@ -39,7 +37,7 @@ NEGATIVE = (
 )
 MOST_WORDS = 9
 """Largest number of words that the table of keys lists for one of them."""
-_HEADS_OF_KEYS = ("key", "meaning", "one of", "default")
+_HEADS_OF_KEYS = ("key", "meaning")
 COMMANDS = typer.main.get_command(cli.app).commands  # type: ignore[attr-defined]  # of a group
 
 
@@ -59,29 +57,10 @@ def key_table() -> str:
     for path, key in keys().items():
         if split_side(path)[1] is not None or limit_of(path) is not None:
             continue  # limits have a table of their own
-        number = key.number
-        quantity = number.quantity
-        low, high = PLAUSIBLE.get(number.name, (None, None))
-        plausible = ""
-        if low is not None:
-            plausible = f"{say.quantity(quantity, low)} to {say.quantity(quantity, high)}"
-        rows.append(
-            (
-                f"`{path}`",
-                quantity.symbol,
-                quantity.long_name,
-                _default(path),
-                plausible,
-                f"{number.low:g} to {number.high:g}{_unit_after_number(quantity)}",
-                f"`{key.column}`",
-            )
-        )
-    return table(("key", "symbol", "meaning", "default", "plausible", "possible", "column"), rows)
-
-
-def _unit_after_number(quantity: Quantity) -> str:
-    """Return the SI unit of a quantity, after a space; empty for a number without a unit."""
-    return "" if quantity.unit == "1" else f" {quantity.unit}"
+        quantity = key.quantity
+        meaning = f"{quantity.symbol}: {quantity.long_name}"
+        rows.append((f"`{path}`", meaning, _default(path)))
+    return table(("key", "meaning", "default"), rows)
 
 
 def _default(path: str) -> str:
@@ -145,45 +124,52 @@ def _alternatives(node: dict[str, Any], schema: dict[str, Any]) -> list[dict[str
 
 
 def _row_of_key(path: str, node: dict[str, Any], alternatives: list[dict[str, Any]]) -> list[str]:
-    """Return the row of a key: itself, its meaning, the words that it may be, its default."""
+    """Return the row of a key: itself, and its meaning with the words that it may be."""
     words: list[Any] = []
     for each in alternatives:
         words += each.get("enum", [each["const"]] if "const" in each else [])
     unique = list(dict.fromkeys(word for word in words if isinstance(word, str)))
-    choices = ", ".join(f'`"{word}"`' for word in unique) if len(unique) <= MOST_WORDS else ""
     meaning = next((each["description"] for each in alternatives if "description" in each), "")
     meaning = meaning.removeprefix("share: ")
     meaning = re.sub(r" (A bare number is in|An angle has) .*", "", meaning)
+    meaning = _escaped(meaning.removesuffix("."))
+    is_told = all(word in meaning for word in unique)
+    if not is_told and len(unique) <= MOST_WORDS:
+        meaning += ": " + ", ".join(f'`"{word}"`' for word in unique)
     default = node.get("default")
-    if path == "name" or default in (None, "", []):
-        shown = "-"
-    elif isinstance(default, list):
-        shown = ", ".join(f'`"{word}"`' for word in default)
-    elif isinstance(default, str):
-        shown = f'`"{default}"`'
-    else:
-        shown = f"{default}".lower() if isinstance(default, bool) else f"{default:,}"
-    return [f"`{path}`", _escaped(meaning.removesuffix(".")), choices, shown]
+    if path != "name" and default not in (None, "", [], unique):
+        meaning += f"; default {_shown(default)}"
+    return [f"`{path}`", meaning]
+
+
+def _shown(default: Any) -> str:
+    """Return a default as a study has it."""
+    if isinstance(default, list):
+        return ", ".join(f'`"{word}"`' for word in default)
+    if isinstance(default, str):
+        return f'`"{default}"`'
+    return f"{default}".lower() if isinstance(default, bool) else f"{default:,}"
 
 
 def limit_table() -> str:
-    """Return the table of all limits, with what each bounds and what it needs."""
+    """Return the table of all limits, with what each needs."""
     rows = []
     for name, limit in LIMITS.items():
-        quantity = QUANTITIES[name]
         needs = ", ".join(f"`{need.key}`" for need in limit.needs)
-        rows.append((f"`limits.{name}`", quantity.symbol, quantity.long_name, quantity.unit, needs))
-    return table(("limit", "symbol", "bounds", "unit", "needs"), rows)
+        rows.append((f"`limits.{name}`", QUANTITIES[name].unit, needs))
+    return table(("limit", "unit", "needs"), rows)
 
 
-def plausible_table() -> str:
-    """Return the table of ranges in which a number may be changed to give a design a window."""
+def usual_table() -> str:
+    """Return the table of usual deviations, with what each is taken from."""
+    by_deviation: dict[UsualDeviation, list[str]] = {}
+    for key, deviation in USUAL.items():
+        by_deviation.setdefault(deviation, []).append(key)
     rows = []
-    for path, (low, high) in PARAMETERS.items():
-        quantity = keys()[path].quantity
-        values = f"{say.quantity(quantity, low)} to {say.quantity(quantity, high)}"
-        rows.append((f"`{path}`", quantity.symbol, values))
-    return table(("key", "symbol", "plausible"), rows)
+    for deviation, its_keys in by_deviation.items():
+        text = deviation.text(its_keys[0]) + (", each side" if deviation.has_sides else "")
+        rows.append((", ".join(f"`{key}`" for key in its_keys), text, deviation.source))
+    return table(("number", "usual deviation", "from"), rows)
 
 
 def unit_table() -> str:
@@ -200,8 +186,9 @@ def column_table(columns: Iterable[str]) -> str:
     rows = []
     for column in columns:
         quantity = QUANTITIES[column]
-        rows.append((f"`{quantity.name}`", quantity.unit, quantity.symbol, quantity.long_name))
-    return table(("column", "unit", "symbol", "meaning"), rows)
+        meaning = f"{quantity.symbol}: {quantity.long_name}"
+        rows.append((f"`{quantity.name}`", quantity.unit, meaning))
+    return table(("column", "unit", "meaning"), rows)
 
 
 def command_table() -> str:
@@ -224,7 +211,32 @@ def _is_option(parameter: Any) -> bool:
 
 
 def option_table(name: str) -> str:
-    """Return the table of all options of a command."""
+    """Return the table of the options that a command shares with no other."""
+    shared = _commands_by_option()
+    rows = [row for row in _options(name) if len(shared[row]) == 1]
+    return table(("option", "meaning"), rows)
+
+
+def shared_option_table() -> str:
+    """Return the table of the options of several commands, with these commands."""
+    rows = []
+    for (flags, meaning), names in _commands_by_option().items():
+        if len(names) > 1:
+            rows.append((flags, meaning, ", ".join(names)))
+    return table(("option", "meaning", "commands"), rows)
+
+
+def _commands_by_option() -> dict[tuple[str, str], list[str]]:
+    """Return the commands that have an option with the same meaning."""
+    commands: dict[tuple[str, str], list[str]] = {}
+    for name in COMMANDS:
+        for row in _options(name):
+            commands.setdefault(row, []).append(name)
+    return commands
+
+
+def _options(name: str) -> list[tuple[str, str]]:
+    """Return all options of a command, as they are typed, with their meanings."""
     rows = []
     for option in filter(_is_option, COMMANDS[name].params):
         value = "" if option.is_flag or not option.metavar else f" {option.metavar}"
@@ -234,7 +246,7 @@ def option_table(name: str) -> str:
         if has_default and not isinstance(option.default, bool):
             meaning += f"; default {option.default}"
         rows.append((", ".join(flags).replace("|", "\\|"), meaning))
-    return table(("option", "meaning"), rows)
+    return rows
 
 
 def _escaped(text: str) -> str:
@@ -252,20 +264,12 @@ def exit_table() -> str:
     for kind in errors.TendonError.__subclasses__():
         if kind is errors.InterruptError:
             continue
-        meaning = f"`{kind.kind}`: {_sentence(kind.__doc__).partition('; ')[0]}"
+        said = _sentence(kind.__doc__).partition("; ")[0]
+        meaning = f"`{kind.kind}` (`{kind.__name__}`): {said}"
         rows[kind.exit] = f"{rows[kind.exit]}; {meaning}" if kind.exit in rows else meaning
     for number in (signal.SIGHUP, signal.SIGINT, signal.SIGTERM):
-        rows[128 + number] = f"`{errors.InterruptError.kind}`: by {number.name}, cleanly"
+        rows[128 + number] = f"`{errors.InterruptError.kind}` (`InterruptError`): by {number.name}"
     return table(("exit", "meaning"), ((f"{code}", rows[code]) for code in sorted(rows)))
-
-
-def error_table() -> str:
-    """Return the table of all errors that the library raises on purpose."""
-    rows = []
-    for error in errors.TendonError.__subclasses__():
-        code = "128 + signal" if error is errors.InterruptError else f"{error.exit}"
-        rows.append((f"`{error.__name__}`", code, _sentence(error.__doc__)))
-    return table(("error", "exit", "when"), rows)
 
 
 def _sentence(text: str | None) -> str:
@@ -288,27 +292,28 @@ def face_table() -> str:
 
 
 def _plain(signature: inspect.Signature) -> str:
-    """Return a signature without types, and with `...` for a function as a default."""
-    bare = [
-        parameter.replace(annotation=inspect.Parameter.empty)
-        for parameter in signature.parameters.values()
-    ]
-    return re.sub(r"<function .*? at \w+>", "...", str(inspect.Signature(bare)))
+    """Return a signature with its first arguments, and `...` for those that need their names."""
+    bare = []
+    for parameter in signature.parameters.values():
+        if parameter.kind is inspect.Parameter.KEYWORD_ONLY:
+            return f"{inspect.Signature(bare)}"[:-1] + ", ...)"
+        bare.append(parameter.replace(annotation=inspect.Parameter.empty))
+    return f"{inspect.Signature(bare)}"
 
 
 TABLES: dict[str, Callable[..., str]] = {
     "commands": command_table,
     "options": option_table,
+    "shared": shared_option_table,
     "exits": exit_table,
-    "errors": error_table,
     "face": face_table,
     "keys": key_table,
     "others": other_key_table,
     "figures": lambda: keys_of_each("figure"),
     "rows": lambda: keys_of_each("table"),
     "limits": limit_table,
+    "usual": usual_table,
     "units": unit_table,
-    "plausible": plausible_table,
     "states": lambda: column_table(OF_STATES),
     "designs": lambda: column_table(OF_DESIGNS),
     "cycles": lambda: column_table(OF_CYCLES),
@@ -325,8 +330,3 @@ def renewed(page: str) -> str:
         return f"{match[1]}{TABLES[name](*arguments)}\n{match[3]}"
 
     return MARKED.sub(anew, page)
-
-
-if __name__ == "__main__":
-    for page in Path(__file__).parent.glob("*.md"):
-        page.write_text(renewed(page.read_text(encoding="utf-8")), encoding="utf-8")

@@ -29,11 +29,11 @@ if TYPE_CHECKING:
         WorkersLostError,
     )
     from tendon_cli.face import design, estimate, open, plot, sweep  # noqa: A004
-    from tendon_cli.friction.fit import fit_friction
+    from tendon_cli.fits.friction.fit import fit_friction
+    from tendon_cli.fits.suit.suit_fitting import fit_suit
     from tendon_cli.reports.report import write_report as report
     from tendon_cli.state_page.page import state_page as state
     from tendon_cli.studies.load import any_study as study
-    from tendon_cli.suit_fit.suit_fitting import fit_suit
 
 _MODULE_OF = {
     "study": "studies.load.any_study",
@@ -46,8 +46,8 @@ _MODULE_OF = {
     "check": "checks.check.check",
     "compare": "checks.comparison.compare_results",
     "report": "reports.report.write_report",
-    "fit_friction": "friction.fit.fit_friction",
-    "fit_suit": "suit_fit.suit_fitting.fit_suit",
+    "fit_friction": "fits.friction.fit.fit_friction",
+    "fit_suit": "fits.suit.suit_fitting.fit_suit",
     "plot": "face.plot",
 }
 """Module and attribute behind each public name, loaded when the name is first used."""

@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from tendon_cli.figures.backend import Figure
     from tendon_cli.figures.frame import Page
     from tendon_cli.figures.side_by_side import WindowRow
-    from tendon_cli.friction.fit_result import Fit
+    from tendon_cli.fits.friction.fit_result import Fit
+    from tendon_cli.fits.suit.suit_result import SuitFit
     from tendon_cli.state_page.page import StatePage
-    from tendon_cli.suit_fit.suit_result import SuitFit
 
 FileName: TypeAlias = str | PathLike[str]
 

@@ -46,6 +46,8 @@ settings.load_profile("tendon")
 # As every command does: it takes a third of the time from what works with large arrays.
 startup.keep_freed_memory()
 
+USUAL = usual.USUAL
+"""Usual deviations as they are, for modules that draw them."""
 FEW_FRESH = 500
 """Members of fresh samples in tests, of which a study does not state another number."""
 FEW_POINTS = 256
@@ -60,6 +62,14 @@ def _few_fresh(study, fresh_sample=fresh_module.fresh_sample, **which):
     return fresh_sample(study.replaced({"design": few}), **which)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _exact_numbers():
+    """Draw no usual deviations: not in answers of a whole session, which come before any module."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(usual, "USUAL", {})
+        yield
+
+
 @pytest.fixture(scope="module", autouse=True)
 def _judged_by_few(request):
     """Judge choices by few fresh persons or draws, but in modules that say JUDGED_BY_ALL.
@@ -68,8 +78,8 @@ def _judged_by_few(request):
     drawn in modules that say DRAWS_USUAL alone: most tests are of suits whose numbers are exact.
     """
     with pytest.MonkeyPatch.context() as patch:
-        if not getattr(request.module, "DRAWS_USUAL", False):
-            patch.setattr(usual, "USUAL", {})
+        if getattr(request.module, "DRAWS_USUAL", False):
+            patch.setattr(usual, "USUAL", USUAL)
         if not getattr(request.module, "JUDGED_BY_ALL", False):
             patch.setattr(fresh_module, "fresh_sample", _few_fresh)
         if not getattr(request.module, "ALL_POINTS", False):

@@ -27,7 +27,7 @@ GROUND = {
     "units",
     "version",
 }
-ROOMS = ("figures", "friction", "engine")
+ROOMS = ("figures", "fits", "engine")
 BELOW_THE_ROOMS = {"studies", "space", "tables", "model", *GROUND}
 THE_FACE = ""
 
@@ -53,8 +53,7 @@ MAY_IMPORT = {
     "studies": {"space", "model", *GROUND},
     "cube": {"engine", *BELOW_THE_ROOMS},
     "figures": {"cube", "say", *BELOW_THE_ROOMS},
-    "friction": BELOW_THE_ROOMS,
-    "suit_fit": {"friction", *BELOW_THE_ROOMS},
+    "fits": BELOW_THE_ROOMS,
     "kernel": {"model", "quantities"},
     "space": {"model", "quantities", "units"},
     "engine": {"kernel", *BELOW_THE_ROOMS},
@@ -177,6 +176,15 @@ def test_rooms_of_one_level_do_not_know_each_other(room):
         return {room_of(name) for name in ours(path)} & others
 
     assert wrong(files_of(room), neighbours) == {}
+
+
+def test_the_two_fits_share_their_ground_and_not_each_other():
+    def beyond_the_ground(path):
+        own = name_of(path).split(".")[1:2]
+        fits = {"fits.friction", "fits.suit"} - {f"fits.{room}" for room in own}
+        return [name for name in ours(path) if ".".join(name.split(".")[:2]) in fits]
+
+    assert wrong(files_of("fits"), beyond_the_ground) == {}
 
 
 def test_nobody_imports_the_command_line():

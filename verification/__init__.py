@@ -1,1 +1,1 @@
-"""Comparison of tendon with MuJoCo (`make verify`, docs/verification.md) and with the paper."""
+"""Comparison of tendon with MuJoCo (`make verify`, verification/mujoco.md) and with the paper."""

@@ -15,7 +15,7 @@ from tendon_cli import __version__
 from verification.cases import SEED, draw_cases
 
 CASES = 100
-COMMAND = "python -m verification.against_mujoco --write docs/verification.md"
+COMMAND = "python -m verification.against_mujoco --write verification/mujoco.md"
 BEGIN = f"<!-- written by `{COMMAND}` -->"
 END = "<!-- end of what is written -->"
 

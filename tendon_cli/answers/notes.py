@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from tendon_cli import say
 from tendon_cli.answer_record import FreshRecord
@@ -19,8 +19,8 @@ PROOF_METHOD = (
 
 def question_notes(
     study: Study, sampled_intervals: Sequence[str], whole_intervals: Sequence[str]
-) -> Iterator[str]:
-    """Yield notes on numbers left out, on intervals, on people and on numbers not drawn.
+) -> list[str]:
+    """Return notes on numbers left out, on intervals, on people and on numbers not drawn.
 
     Args:
         study: The study that asks the question.
@@ -28,45 +28,68 @@ def question_notes(
         whole_intervals: Keys of those whose inside may be worse than both ends, but is proved.
     """
     pretensions = [key for key in study.numbers if split_side(key)[0] == PRETENSION]
-    if any(split_side(key)[1] for key in pretensions):
-        yield (
-            "the study's pretensions per side are not used: the answer is one pretension for both"
-            " sides"
-        )
-    for table in study.row_tables:
-        if PRETENSION in [split_side(key)[0] for key in table.keys]:
-            whose = "study's cases" if table.is_of_cases else f"table {table.key}"
-            yield (
-                f"the pretensions of the {whose} are not used: the answer computes what to set;"
-                " `tendon sweep` judges suits at the pretensions stated"
-            )
-    if sampled_intervals:
-        names = ", ".join(sampled_intervals)
-        yield (
-            f"{names}: {say.proved_word(say.SAMPLED)} at both ends of the interval,"
-            f" {say.proved_word(say.OPEN)} between them"
-        )
-    if whole_intervals:
-        names = ", ".join(whole_intervals)
-        yield (
-            f"{names}: the window holds for the whole interval; the worst values are those at its"
-            " ends"
-        )
-    if "peak_motor_power" in study.limit_names:
-        yield (
-            "peak_motor_power: if several intervals of pretension keep this limit, the widest is"
-            " used"
-        )
-    if study.people is not None and not study.people.is_from_file:
-        yield from study.people.population.notes
-    if study.uncertain and study.drawing is None:
-        yield (
-            f"uncertain numbers take their middle value ({', '.join(study.uncertain)}), because the"
-            " study has draws = 0 under [uncertainty]"
-        )
+    tables = [
+        "study's cases" if table.is_of_cases else f"table {table.key}"
+        for table in study.row_tables
+        if PRETENSION in [split_side(key)[0] for key in table.keys]
+    ]
     stated = study.uncertainty
-    if stated is not None and stated.asks_for_draws and stated.draws and not study.to_draw:
-        yield "nothing in this study is uncertain, so [uncertainty] draws nothing"
+    draws_nothing = (
+        stated is not None and stated.asks_for_draws and stated.draws and not study.to_draw
+    )
+    of_people = []
+    if study.people is not None and not study.people.is_from_file:
+        of_people = [(True, note) for note in study.people.population.notes]
+    notes = [
+        (
+            any(split_side(key)[1] for key in pretensions),
+            (
+                "the study's pretensions per side are not used: the answer is one pretension for"
+                " both sides"
+            ),
+        ),
+        *(
+            (
+                True,
+                (
+                    f"the pretensions of the {whose} are not used: the answer computes what to set;"
+                    " `tendon sweep` judges suits at the pretensions stated"
+                ),
+            )
+            for whose in tables
+        ),
+        (
+            sampled_intervals,
+            (
+                f"{', '.join(sampled_intervals)}: {say.proved_word(say.SAMPLED)} at both ends of"
+                f" the interval, {say.proved_word(say.OPEN)} between them"
+            ),
+        ),
+        (
+            whole_intervals,
+            (
+                f"{', '.join(whole_intervals)}: the window holds for the whole interval; the worst"
+                " values are those at its ends"
+            ),
+        ),
+        (
+            "peak_motor_power" in study.limit_names,
+            (
+                "peak_motor_power: if several intervals of pretension keep this limit, the widest"
+                " is used"
+            ),
+        ),
+        *of_people,
+        (
+            study.uncertain and study.drawing is None,
+            (
+                f"uncertain numbers take their middle value ({', '.join(study.uncertain)}), because"
+                " the study has draws = 0 under [uncertainty]"
+            ),
+        ),
+        (draws_nothing, "nothing in this study is uncertain, so [uncertainty] draws nothing"),
+    ]
+    return [words for holds, words in notes if holds]
 
 
 def note_on_motion(choices: int) -> str:

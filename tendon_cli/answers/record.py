@@ -240,14 +240,15 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
     with_motion = replace(solver, with_motion=affords_motion(question, len(rows)))
     solver = replace(solver, with_motion=False)
     of_own_sample = solve(with_motion, question.points(rows))
-    before_proofs = _set_by_second_sample(with_motion, of_own_sample)
+    before_proofs = _set_by_second_sample(with_motion, of_own_sample, to_prove)
     conflicts = Counter[LimitPair]()
     for note in notes:
         conflicts.update({tuple(names): count for names, count in note["conflicts"]})
     relevant, named, certificates, proved = _with_proofs(
         with_motion, before_proofs, to_prove, report
     )
-    lost = int(of_own_sample.feasible.sum()) - int(relevant.feasible.sum())
+    is_set = np.isin(of_own_sample.row, relevant.row)
+    lost = int(of_own_sample.feasible[is_set].sum()) - int(relevant.feasible.sum())
     verifier = Verifier.of(solver)
     named.verify(verifier, proved)
     chosen = next(iter(named.best.values()), None)
@@ -316,10 +317,20 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
     return Made(record, named_first, row_of_first, judged)
 
 
-def _set_by_second_sample(solver: Solver, choices: Solutions) -> Solutions:
-    """Return choices as a second and larger sample sets them, if the question has one."""
+def _set_by_second_sample(solver: Solver, choices: Solutions, to_prove: Rows) -> Solutions:
+    """Return the best choices as a second and larger sample sets them, if the question has one.
+
+    Args:
+        solver: Solver of the question.
+        choices: Choices that may matter in some part of the work.
+        to_prove: Rows that the study asks to be proved.
+    """
     second = Verifier.of(solver, second=True) if solver.question.sets_by_sample else None
-    return choices if second is None else second.set_choices(choices)
+    if second is None:
+        return choices
+    asked_for = np.flatnonzero(np.isin(choices.row, to_prove))
+    best = np.union1d(candidates.relevant(choices, solver.question), asked_for)
+    return second.set_choices(choices.select(best))
 
 
 class WithProofs(NamedTuple):

@@ -52,6 +52,7 @@ _SHOWN_IN = {
     "N/m": ("kN/m", 1e3),
 }
 """Unit in which people read an SI unit, and its SI value."""
+_TOLERANCES = ("tolerance_length", "too_long", "too_short")
 _LONGEST = 8
 """Most entries of a list that stand in a cell."""
 _LONGEST_WORDS = 32
@@ -220,6 +221,8 @@ class _Tables:
                 return self._text(value), "SI"
             unit = "" if quantity.has_own_unit else quantity.shown_in
             return self._text(value, say.factor_of(quantity)), "" if unit == "1" else unit
+        if field.name in _TOLERANCES:
+            return _to_spare(value)
         shown, factor = _SHOWN_IN.get(unit, (unit, 1.0))
         return self._text(value, factor), shown
 
@@ -274,6 +277,8 @@ class _Tables:
             quantity = _quantity_of(self.axes[name].key) or quantity
         if quantity is None or isinstance(value, str | bool):
             return self._text(value), "", "" if quantity is None else quantity.long_name
+        if name in _TOLERANCES and value is not None:
+            return (*_to_spare(value), quantity.long_name)
         if name in COLUMNS_AS_READ:
             quantity = in_unit_of_reading(quantity, self.question.read)
         unit = "" if quantity.shown_in == "1" else quantity.shown_in
@@ -285,6 +290,12 @@ class _Tables:
         if isinstance(value, str) or quantity is None:
             return str(value)
         return say.quantity(quantity, value)
+
+
+def _to_spare(length: float) -> tuple[str, str]:
+    """Return how far a setting may be off as everybody says it, and its unit."""
+    text, _, unit = say.length_to_spare(length).partition(" ")
+    return text, unit
 
 
 def _has_nearest(record: Record) -> bool:

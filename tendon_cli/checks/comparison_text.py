@@ -228,8 +228,9 @@ def value_words(number: Number, value: Value, digits: int = 3) -> str:
         return say.percent(value)
     if number.name in AS_READ:
         return f"{say.number(value, digits)} {number.unit}"
-    text = say.quantity(QUANTITIES[number.name], value, digits)
-    return f"± {text}" if number.name == "tolerance_length" else text
+    if number.name == "tolerance_length":
+        return f"± {say.length_to_spare(value, digits - 1)}"
+    return say.quantity(QUANTITIES[number.name], value, digits)
 
 
 def _window(pair: Compared, place: int) -> str:

@@ -104,7 +104,7 @@ def fit_friction(
         zero_load=zero_load,
         cell_uncertainty=cell_uncertainty,
     )
-    from tendon_cli.friction.fit_report import friction_written, write_fragment, write_strokes
+    from tendon_cli.fits.friction.fit_report import friction_written, write_fragment, write_strokes
 
     # What stands there is read before it is replaced.
     is_refused = out is not None and fit.is_doubtful
@@ -145,7 +145,7 @@ def _check_outputs(
     """
     from tendon_cli.figure_marks import is_figure
     from tendon_cli.files import check_output
-    from tendon_cli.friction.fit_report import is_fragment, is_strokes
+    from tendon_cli.fits.friction.fit_report import is_fragment, is_strokes
 
     outputs = [
         ("--plot", plot, is_figure),

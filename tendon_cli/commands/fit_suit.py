@@ -39,7 +39,7 @@ def fit_suit(
     import tendon_cli as tendon
     from tendon_cli.figure_marks import is_figure
     from tendon_cli.files import check_output
-    from tendon_cli.suit_fit.fragment import (
+    from tendon_cli.fits.suit.fragment import (
         is_suit_fragment,
         next_command,
         suit_written,

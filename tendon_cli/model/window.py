@@ -211,14 +211,16 @@ def as_read(ends: AnyEnds, design: Design) -> AnyEnds:
     if design.shows_f0:
         return ends
     reading = Reading.of(design)
-    tells = drop_state_axes(reading.gain > 0.0)
+    return read_by(ends, Reading(*map(drop_state_axes, vars(reading).values())))
+
+
+def read_by(ends: AnyEnds, reading: Reading) -> AnyEnds:
+    """Return ends as a gauge shows them (`as_read`), without axes of states."""
+    tells = reading.gain > 0.0
     with np.errstate(invalid="ignore"):
-        high = drop_state_axes(reading.while_taut(ends.high[..., np.newaxis, np.newaxis]))
-    return replace(
-        ends,
-        low=np.where(tells, reading_of(ends.low, design), np.nan),
-        high=np.where(tells, high, np.nan),
-    )
+        low = reading.shown(ends.low)
+        high = reading.while_taut(ends.high)
+    return replace(ends, low=np.where(tells, low, np.nan), high=np.where(tells, high, np.nan))
 
 
 def reading_of(pretension: Array, design: Design) -> Array:

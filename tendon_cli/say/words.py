@@ -129,9 +129,9 @@ def at_most(of: Quantity | str, value: float, digits: int = 3) -> str:
     return quantity(of, value * _SURELY, digits, toward=-math.inf)
 
 
-def length_to_spare(value: float) -> str:
+def length_to_spare(value: float, digits: int = 2) -> str:
     """Write by how much a tendon may be too long or too short, rounded down: "8.7 mm"."""
-    return "0 mm" if value < _SHORTEST else at_most("tolerance_length", value, 2)
+    return "0 mm" if value < _SHORTEST else at_most("tolerance_length", value, digits)
 
 
 def window_text(low: float, high: float, digits: int = 4, unit: str = "N") -> str:

@@ -194,7 +194,7 @@ class Space:
         single = {
             key: value for key, value in self.single.items() if split_side(key)[0] != PRETENSION
         }
-        return Space(axes, {**single, PRETENSION: 0.0, SLACK: 1.0})
+        return Space(axes, {**single, PRETENSION: 0.0, SLACK: 1.0, UNSET: True})
 
     def places(self, rows: Rows) -> dict[str, Rows]:
         """Return the places of rows on each axis, (rows,), by the key of the axis."""
@@ -375,9 +375,12 @@ class Space:
             setting=Posture(**numbers(_SETTING), after_flexion=is_true(AFTER)),
             read=READINGS[int(self.single.get(READ, 0.0))],
         )
-        return with_set_pretension(design)
+        is_set = UNSET not in self.single or PRETENSION in self._axis_numbers
+        return with_set_pretension(design) if is_set else design
 
 
+UNSET = "pretension is solved for"
+"""Key of the mark of a space whose designs have no pretension but what points set."""
 TRAJECTORY = "motion.trajectory"
 INERTIA = "motion.inertia"
 EXCURSION = "joint.excursion"

@@ -61,6 +61,8 @@ _UNNAMED = "study"
 """Name of a study that has none."""
 _FEWEST_DRAWS = 16
 """Draws of usual deviations that each person of a file has at least."""
+_DRAWS_ALONG_MOTION = 64
+"""Draws of usual deviations along a motion in time, where each window takes long."""
 _MOST_PAIRS = 2**12
 """Pairs of persons of a file and such draws, beyond which each person has fewer."""
 _MAX_VALUES = 6
@@ -431,6 +433,8 @@ class Study(Displayed, StudyTables):
         """
         if self.drawing is None:
             return 0
+        if self.people is None and self.usual and self.motion.trajectory is not None:
+            return min(self.drawing.draws, _DRAWS_ALONG_MOTION)
         if self.people is None:
             return self.drawing.draws
         if not self.is_crossed:

@@ -22,6 +22,7 @@ from tendon_cli.model.motion_window import window_along
 from tendon_cli.model.motor import cycle_columns
 from tendon_cli.model.moving import Moving, motion_columns
 from tendon_cli.model.power_window import within_power
+from tendon_cli.model.setting import Reading
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.model.window import Ends, Window
 from tendon_cli.windows.coverage import upper_quantile
@@ -90,7 +91,34 @@ class Solver:
 
         They are a `Window` if the limits that bind follow without more work.
         """
-        return self.all_limits(self.ends_that_may_bind(points), points)
+        reading = self._reading(points)
+        ends = self.ends_that_may_bind(points, reading)
+        return self.all_limits(ends, points) if reading is None else window.read_by(ends, reading)
+
+    def _reading(self, points: Points) -> Reading | None:
+        """Return the gauge's reading of choices under conditions, (choices, conditions) each.
+
+        None where pretensions are F0, or where the limits that bind follow with the ends.
+        """
+        question = self.question
+        if question.is_f0 or self._names_limits or question.study.setting.read == MOTOR_TORQUE:
+            return None
+        shape = (len(points), len(question.conditions))
+        whole = Reading(*(np.empty(shape) for _ in range(4)))
+        for rows, conditions, design in self.portions(points):
+            for name, values in vars(Reading.of(design)).items():
+                of_designs = np.asarray(values)
+                if of_designs.ndim > 2:
+                    of_designs = of_designs[..., 0, 0]
+                getattr(whole, name)[rows, conditions] = of_designs
+        return whole
+
+    @property
+    def _names_limits(self) -> bool:
+        """True if ends of all limits are a `Window`, with the limits that bind."""
+        bounds = self.question.bounds
+        is_along = self.question.study.trajectory is not None
+        return is_along or bounds.asks_power or kernel.kind() is None
 
     def all_limits(self, ends: Ends, points: Points) -> Ends:
         """Turn ends that limits on forms set, as F0, into ends of all limits, as they are read.
@@ -106,7 +134,7 @@ class Solver:
         question = self.question
         is_along = question.study.trajectory is not None  # ends have all limits already
         asks_power = question.bounds.asks_power and not is_along
-        named = named or asks_power or is_along or kernel.kind() is None
+        named = named or self._names_limits
         if question.is_f0 and (is_along or not named):
             return ends
         finished: dict[str, Any] = {}
@@ -137,14 +165,18 @@ class Solver:
         ends, _, _ = self._sampled_ends(points)
         return ends
 
-    def ends_that_may_bind(self, points: Points) -> Ends:
+    def ends_that_may_bind(self, points: Points, reading: Reading | None = None) -> Ends:
         """Return the ends that limits on forms set, (choices, conditions), as F0.
 
         Ends that may set the window of their choice hold over all angles, others at samples alone.
+
+        Args:
+            points: The choices.
+            reading: The gauge's reading, if it is known.
         """
         ends, low_between, high_between = self._sampled_ends(points)
         while True:
-            low_may_bind, high_may_bind = self._may_bind(ends, points)
+            low_may_bind, high_may_bind = self._may_bind(ends, points, reading)
             low_sought = low_between & low_may_bind
             high_sought = high_between & high_may_bind
             self._seek(ends, points, low_sought, high_sought)
@@ -291,7 +323,9 @@ class Solver:
                 )
                 angle[pairs] = np.where(np.isnan(found), angle[pairs], found)
 
-    def _may_bind(self, ends: Ends, points: Points) -> tuple[Flags, Flags]:
+    def _may_bind(
+        self, ends: Ends, points: Points, reading: Reading | None
+    ) -> tuple[Flags, Flags]:
         """Return True for lower and upper ends that may set the window of their choice.
 
         They may do so once they are sought between the angles; both are (choices, conditions).
@@ -299,6 +333,7 @@ class Solver:
         Args:
             ends: Ends at samples, as F0.
             points: The choices.
+            reading: The gauge's reading, if it is known.
         """
         question = self.question
         read = ends
@@ -307,7 +342,10 @@ class Solver:
                 everywhere = np.ones(ends.low.shape, dtype=np.bool_)
                 return everywhere, everywhere
             # Ends as they are read may have another order than as F0, but each grows with its own.
-            read = self._all_limits(ends, points, named=False)
+            if reading is None:
+                read = self._all_limits(ends, points, named=False)
+            else:
+                read = window.read_by(ends, reading)
         low = [read.low.max(axis=1)]
         high = [read.high.min(axis=1)]
         if question.enough < 1.0:

@@ -108,6 +108,11 @@ def test_the_command_exits_with_0_or_4_and_annotates(tendon, gates):
     suit = str(gates["suit"])
     stiffer = str(gates["stiffer"])
     assert tendon("check", suit).exit == 0
+    for name, code in (("suit", 0), ("fails", 4)):
+        done = tendon("check", gates[name], "--json")
+        assert done.exit == code
+        for entry in ("best", "conflicts"):
+            assert done.json[entry] == record_of(gates[name])[entry]
     words = ("check", stiffer, "--baseline", suit, "--except", "spring.stiffness")
     failed = tendon(*words, "--annotate", "--json")
     assert failed.exit == 4

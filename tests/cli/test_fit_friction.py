@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tendon_cli.friction.budget import USUAL_ZERO
+from tendon_cli.fits.friction.budget import USUAL_ZERO
 
 
 @pytest.fixture

@@ -1,47 +1,38 @@
-"""The pages print what they say: every snippet of every page is run."""
+"""The pages print what they say: every snippet of every page is run, and every notebook."""
 
-import re
-import shlex
+import json
 from pathlib import Path
 
+import matplotlib as mpl
 import pytest
 
-from tests.docs.snippets import matches, run_page
+from docs.refresh import with_gaps
+from docs.snippets import matches, run_page
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-SUIT = ROOT / "docs" / "from-model-to-suit.md"
+NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
 JUDGED_BY_ALL = True
 ALL_POINTS = True
-LONG = ("tendon design robust.toml --no-figures",)
-"""Commands that take half a minute; `make torture` types them, too."""
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_a_page_prints_what_it_says(page, tmp_path):
-    assert run_page(page.read_text(encoding="utf-8"), tmp_path, without=LONG) == []
+    assert run_page(page.read_text(encoding="utf-8"), tmp_path) == []
 
 
-@pytest.mark.torture
-def test_a_page_with_a_long_command_prints_what_it_says(tmp_path):
-    text = SUIT.read_text(encoding="utf-8")
-    assert all(f"$ {command}\n" in text for command in LONG)
-    assert run_page(text, tmp_path) == []
+@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda notebook: notebook.stem)
+def test_a_notebook_runs_from_its_first_cell_to_its_last(notebook, workplace, monkeypatch):
+    from matplotlib import pyplot as plt
 
-
-def test_the_suit_of_the_long_command_serves_the_share_that_its_page_says(outside):
-    """The page gives a command that answers for this suit alone, on the same fresh persons.
-
-    Few persons and draws are enough, since the share is that of the fresh persons.
-    """
-    text = SUIT.read_text(encoding="utf-8")
-    alone = re.search(r"^    (tendon design robust.toml .*?)\n\n", text, re.MULTILINE | re.DOTALL)
-    words = shlex.split(alone[1].replace("\\\n", " "))[1:]
-    few = ("--set", "people.count=8", "--set", "uncertainty.draws=8")
-    outside("init", "--for", "robust", "robust.toml")
-    ran = outside(*words, *few)
-    said = re.search(r"[\d.]+ % of\s+10,000 newly drawn persons \([\d.]+ to [\d.]+ %\)", text)[0]
-    assert " ".join(said.split()) in " ".join(ran.out.split())
+    monkeypatch.setattr(plt, "show", plt.close)
+    cells = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
+    code = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
+    session = {"__name__": "__main__"}
+    with mpl.rc_context({"backend": "agg"}):
+        for cell in code:
+            exec(cell, session)  # noqa: S102 - our own pages
+    assert code
 
 
 @pytest.mark.parametrize(
@@ -60,3 +51,14 @@ def test_outputs_are_compared_except_where_they_are_left_open(expected, printed,
 def test_a_wrong_page_is_noticed(tmp_path):
     page = "```python\nprint(1)\n```\n\n```text\n2\n```\n\n```console\n$ echo yes\nno\n```\n"
     assert len(run_page(page, tmp_path)) == 2
+
+
+def test_an_output_is_renewed_with_its_gaps():
+    sentence = "Set 3 N:\n  works in\n  98.\n"
+    setting = "  To set it  4 mm,\n             5\n"
+    old = "Set 1 N:\n  works.\n...\n  To set it  2 mm\n...\nwritten in ... s\n"
+    new = f"{sentence}\n  Why  x\n{setting}  More\nwritten in 0.7 s\n"
+    renewed = with_gaps(old, new)
+    assert renewed == f"{sentence}...\n{setting}...\nwritten in ... s\n"
+    assert matches(renewed, new)
+    assert with_gaps("a\n...\nnowhere\n", "a\nb\n") is None

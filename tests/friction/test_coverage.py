@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tendon_cli.friction import fit_friction
+from tendon_cli.fits.friction import fit_friction
 from verification.friction_rigs.ablation import WITHOUT
 from verification.friction_rigs.cases import CASES, FRICTION, fits_of, mentions, readings
 from verification.friction_rigs.rig import simulate

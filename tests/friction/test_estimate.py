@@ -11,8 +11,8 @@ import pytest
 from scipy.stats import ttest_ind
 
 from tendon_cli.errors import InputError
-from tendon_cli.friction import fit_friction
-from tendon_cli.friction.budget import BEND, RESOLUTION, SCATTER
+from tendon_cli.fits.friction import fit_friction
+from tendon_cli.fits.friction.budget import BEND, RESOLUTION, SCATTER
 from verification.friction_rigs.cases import CASES, fits_of, log_of, mentions, readings
 from verification.friction_rigs.rig import Rig, simulate
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from tendon_cli.errors import UsageError
-from tendon_cli.friction import fit_friction
-from tendon_cli.friction.budget import BEND
-from tendon_cli.friction.fit_result import DOUBT
+from tendon_cli.fits.friction import fit_friction
+from tendon_cli.fits.friction.budget import BEND
+from tendon_cli.fits.friction.fit_result import DOUBT
 from tests.readers.files import good
 from verification.friction_rigs.cases import mentions
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tendon_cli.errors import InputError, TendonError, UsageError
-from tendon_cli.friction import fit_friction
+from tendon_cli.fits.friction import fit_friction
 from tests.readers.files import hostile
 
 from .tables import BARE_ROWS, GERMAN, NAMED, TABLE, WRITTEN, added, called, changed

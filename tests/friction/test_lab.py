@@ -12,7 +12,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.friction import write_strokes
+from tendon_cli.fits.friction import write_strokes
 from verification.friction_rigs.cases import mentions
 from verification.friction_rigs.rig import Rig, simulate
 

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from tendon_cli.errors import InputError
-from tendon_cli.friction import fit_friction
+from tendon_cli.fits.friction import fit_friction
 from verification.friction_rigs.cases import mentions
 from verification.friction_rigs.rig import Rig, simulate
 

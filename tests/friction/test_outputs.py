@@ -14,7 +14,7 @@ import pytest
 
 from tendon_cli.errors import OutputError, UsageError
 from tendon_cli.figures.friction import draw
-from tendon_cli.friction import fit_friction, write_fragment
+from tendon_cli.fits.friction import fit_friction, write_fragment
 
 EXAMPLES = Path(__file__).parents[2] / "configs" / "friction"
 TABLE = EXAMPLES / "table_a1.csv"

@@ -161,7 +161,7 @@ def test_a_state_page_names_inertia(file):
     assert "the joint, the task and inertia" in text
     assert "the first counted sample of the trajectory's 400" in text
     assert "0.34 s, flexion" in text
-    assert "Over the motion from 0.34 to 3.65 s" in text
+    assert "Over the motion from 0.34 s to 3.65 s" in text
 
 
 LONGER_SWING = np.insert(SWING, 20, 1.0)

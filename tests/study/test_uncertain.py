@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import tendon_cli as tendon
-from tendon_cli.friction import write_fragment
+from tendon_cli.fits.friction import write_fragment
 from tendon_cli.studies.load import load_study, study_from
 
 TABLE = Path(__file__).parents[2] / "configs" / "friction" / "table_a1.csv"

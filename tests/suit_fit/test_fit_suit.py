@@ -110,7 +110,7 @@ def test_units_and_the_order_of_logs_do_not_matter(fit, logs):
 
 
 def test_a_number_that_is_exact_is_not_fitted_and_narrows_the_others(fit, logs):
-    exact = ["arm.a1", "arm.b1", "arm.a2", "arm.b2", "joint sensor zero"]
+    exact = ["arm.a1", "arm.forearm_mass", "joint sensor zero", "torque zero", "gear friction"]
     sure = tendon.fit_suit(STUDY | {"uncertainty": {"exact": exact}}, logs)
     assert not set(exact) & {*sure.numbers, *sure.sensors}
     assert sure.numbers["tendon.pretension"].std < fit.numbers["tendon.pretension"].std
@@ -176,11 +176,36 @@ def test_the_text_is_a_screen(fit):
     assert "sheath.friction" in fit.text
 
 
-def test_what_next_narrows_the_window(fit):
-    doubts = [proposal.doubt for proposal in fit.proposals]
-    assert doubts
-    assert doubts == sorted(doubts)
-    assert all(proposal.doubt < proposal.doubt_now for proposal in fit.proposals)
+def test_a_number_that_leaves_doubt_takes_it_away_once_it_is_known(fit, logs):
+    shares = [doubt.share for doubt in fit.doubts]
+    assert shares == sorted(shares, reverse=True)
+    assert 0.0 < sum(shares[:1]) < 1.0
+    first = fit.doubts[0]
+    known = tendon.fit_suit(STUDY | {"uncertainty": {"exact": [first.key]}}, logs)
+    left = known.window.margin_std / fit.window.margin_std
+    assert left == pytest.approx(np.sqrt(1.0 - first.share), abs=0.1)
+
+
+@pytest.mark.parametrize("efficiency", [0.9, 0.8])
+def test_a_gear_is_told_from_the_sheath(logs, efficiency):
+    """It divides the torque where the motor drives, and multiplies it where it is driven."""
+
+    def geared(log):
+        speed = np.gradient(log[SPOOL])
+        return log[TORQUE] * efficiency ** -np.sign(log[TORQUE] * speed)
+
+    fit = tendon.fit_suit(STUDY, changed(logs, **{TORQUE: geared}))
+    assert fit.sensors["gear efficiency"].value == pytest.approx(efficiency, abs=0.03)
+    for key, truth in TRUTH.items():
+        low, high = fit.numbers[key].interval_95
+        assert low <= truth <= high
+    assert any(note.startswith("a gear passes") for note in fit.notes)
+    assert fit.warnings == ()
+
+
+def test_a_load_that_is_exact_is_not_fitted(logs):
+    sure = tendon.fit_suit(STUDY | {"uncertainty": {"exact": ["load.mass"]}}, logs)
+    assert not any(key.startswith("load") for key in (*sure.numbers, *sure.sensors))
 
 
 # --- Logs that cannot be fitted -------------------------------------------------------------------

@@ -5,8 +5,8 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.errors import InputError
-from tendon_cli.suit_fit.log_columns import Scaling
-from tendon_cli.suit_fit.suit_log import read_logs
+from tendon_cli.fits.suit.log_columns import Scaling
+from tendon_cli.fits.suit.suit_log import read_logs
 from tests.readers.files import Written, good, hostile
 
 TIMES = 0.05 * np.arange(80)

@@ -13,7 +13,15 @@ from unittest.mock import patch
 
 import pandas as pd
 
-from tendon_cli.friction import budget, directions, effects, estimate, models, prepare, usable_rows
+from tendon_cli.fits.friction import (
+    budget,
+    directions,
+    effects,
+    estimate,
+    models,
+    prepare,
+    usable_rows,
+)
 
 from .cases import CASES, Case
 from .chain import KINDS, judged, logs, shares

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from tendon_cli.friction import fit_friction
-from tendon_cli.friction.fit_result import Fit
+from tendon_cli.fits.friction import fit_friction
+from tendon_cli.fits.friction.fit_result import Fit
 
 from .rig import Floats, Logs, Rig, simulate
 

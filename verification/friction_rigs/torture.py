@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from tendon_cli.errors import InputError
-from tendon_cli.friction import fit_friction
-from tendon_cli.friction.fit_result import Fit
+from tendon_cli.fits.friction import fit_friction
+from tendon_cli.fits.friction.fit_result import Fit
 
 from .cases import CASES, FRICTION, Case, log_of, mentions
 from .rig import simulate

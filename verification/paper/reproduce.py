@@ -17,7 +17,7 @@ from tendon_cli.figures.draw import Finish, draw_declared
 from tendon_cli.figures.friction import draw as draw_fit
 from tendon_cli.figures.style import FAINT, INK
 from tendon_cli.files import output_errors
-from tendon_cli.friction import fit_friction
+from tendon_cli.fits.friction import fit_friction
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.tables.schema import versions
 from tendon_cli.version import RESULTS_VERSION

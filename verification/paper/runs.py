@@ -16,7 +16,7 @@ from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.results import Run
 from tendon_cli.engine.run import RunOptions, run_task
 from tendon_cli.engine.sweep import Sweep
-from tendon_cli.friction.fit_result import Fit
+from tendon_cli.fits.friction.fit_result import Fit
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags

@@ -1,0 +1,110 @@
+"""Files that a friction fit writes: a fragment for a study, and a table of strokes."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from tendon_cli.files import begins_with, read_file, what_is_written, write_output
+from tendon_cli.fits.friction.fit_result import Fit
+from tendon_cli.version import __version__
+
+_STROKES_MARK = "# strokes of a log, by tendon fit-friction"
+_MARK = "# A friction coefficient fitted by `tendon fit-friction`."
+"""Beginning of a fragment."""
+_HEADER = f"""\
+{_MARK} To use it in a study:
+#     [sheath]
+#     friction_from = "friction.toml"
+"""
+is_fragment = begins_with(_MARK)
+"""Function that recognises a fragment."""
+is_strokes = begins_with(_STROKES_MARK)
+"""Function that recognises a table of strokes."""
+_OF_THE_RIG = "# The bend angle is that of the rig, not of the study's sheath.\n"
+_OF_ONE_SHEATH = (
+    '#     bend_angle = "..."      # not known here: give that of this sheath'
+    " when μφ was measured\n"
+)
+_MOST_BYTES = 100_000
+"""Largest size of a fragment that is read to say where it came from."""
+
+
+def friction_written(path: Path, fit: Fit) -> str:
+    """Return a line that says what a file was or becomes; call it before it is written.
+
+    A fragment that came from other readings is named with them: it is a different coefficient.
+    """
+    return what_is_written(path, _source_of(path), fit.source, "the coefficient")
+
+
+def _source_of(path: Path) -> str | None:
+    """Return the name of the readings that a fragment came from; None if it does not say."""
+    source = None
+    with contextlib.suppress(OSError, ValueError, LookupError, TypeError):
+        source = tomllib.loads(read_file(path, _MOST_BYTES).decode())["friction"]["source"]
+    return source if isinstance(source, str) else None
+
+
+def write_fragment(fit: Fit, path: Path, *, overwrite: bool = False) -> None:
+    """Write the coefficient (or μφ) for a study, with its uncertainty and its source.
+
+    The file is written whole or not at all. One that tendon did not write is replaced only if
+    `overwrite` is true.
+
+    Raises:
+        UsageError: if tendon did not write the file.
+        OutputError: if it cannot be written.
+    """
+    values: dict[str, Any] = {}
+    if fit.friction is not None:
+        values = {
+            "coefficient": fit.friction,
+            "standard_error": fit.standard_error,
+            "interval_95": fit.interval_95,
+            "bend_angle": fit.bend.text,
+            "bend_angle_uncertainty": fit.bend.uncertainty_text,
+        }
+    values |= {
+        "friction_bend": fit.friction_bend,
+        "friction_bend_standard_error": fit.friction_bend_standard_error,
+        "gain_ratio": fit.gain_ratio,
+        "source": fit.source,
+        "sha256": fit.sha256,
+        "rows_used": int(fit.rows["used"].sum()),
+        "rows_set_aside": int((~fit.rows["used"]).sum()),
+        "tendon_version": __version__,
+    }
+    lines = [f"{key} = {_toml(value)}" for key, value in values.items() if value not in {None, ""}]
+    header = _HEADER + (_OF_ONE_SHEATH if fit.friction is None else _OF_THE_RIG)
+    content = "\n".join([header, "[friction]", *lines, ""]).encode()
+    write_output(path, content, is_fragment, overwrite=overwrite)
+
+
+def _toml(value: Any) -> str:
+    """Write a value in TOML.
+
+    A basic string has the escapes of JSON, and one for DEL, which JSON leaves as it is.
+    """
+    if isinstance(value, tuple):
+        return repr(list(value))
+    if not isinstance(value, str):
+        return repr(value)
+    text = value.encode("utf-8", "replace").decode()
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def write_strokes(fit: Fit, path: Path, *, overwrite: bool = False) -> None:
+    """Write the table of strokes as CSV.
+
+    A file that tendon did not write is replaced only if `overwrite` is true.
+
+    Raises:
+        UsageError: if tendon did not write the file.
+        OutputError: if the file cannot be written.
+    """
+    content = f"{_STROKES_MARK}\n{fit.stroke_table.to_csv(index=False)}".encode()
+    write_output(path, content, is_strokes, overwrite=overwrite)

@@ -1,0 +1,231 @@
+"""Fitted numbers: value, standard deviation, interval, prior, and how much a log told of each."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from tendon_cli import say
+from tendon_cli.fits.suit.parameters import Parameter
+from tendon_cli.fits.suit.suit_estimate import SuitEstimate
+from tendon_cli.fits.suit.suit_log import Floats
+from tendon_cli.quantities import SIDES
+from tendon_cli.space.axis import of_side, split_side
+from tendon_cli.studies.study import keys
+
+TOLD = 0.5
+"""Least share of the prior's variance that a log takes away from a number that it tells."""
+_REACH = 6.0
+"""Largest normal score of the grid on which the law of a number is worked out."""
+_POINTS = 4001
+_TOO_NARROW = 0.2
+"""Weight of one point of the grid from which the grid is too coarse."""
+_NO_INFORMATION = 1e-6
+_NORMAL_COVERAGE = 1.959963984540054
+"""Half-width of a 95 % interval over the standard deviation of a normal law."""
+_IN_SERIES = ("spring.stiffness", "anchor.stiffness", "tendon.youngs_modulus")
+"""Stiffnesses whose compliances add up."""
+_BETTER = 0.6
+"""Relative deviation of a combination, over that of each of its numbers, at most."""
+_STEP = 1e-4
+
+
+@dataclass(frozen=True)
+class FittedNumber:
+    """A number of the study or an error of a sensor, after a log was read."""
+
+    key: str
+    value: float
+    """Value of the best fit, SI."""
+    std: float
+    interval_95: tuple[float, float]
+    prior: str
+    """Law before the log was read, in words."""
+    learned: float
+    """1 less the variance over the prior's, 0 to 1."""
+    unit: str
+    score: float
+    """Normal score under the prior."""
+    is_sensor: bool
+    is_stated: bool
+    """True if the study itself says that the number is uncertain."""
+
+    @property
+    def is_told(self) -> bool:
+        """True if the log tells the number."""
+        return self.learned >= TOLD
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The number as plain JSON values."""
+        return {
+            "value": self.value,
+            "std": self.std,
+            "interval_95": list(self.interval_95),
+            "prior": self.prior,
+            "learned": self.learned,
+            "unit": self.unit,
+        }
+
+    def text(self, value: float, digits: int = 3) -> str:
+        """Return a value of the number in the unit in which people read it."""
+        if not self.is_sensor:
+            return say.quantity(keys()[self.key].number.quantity, value, digits)
+        if self.unit == "rad":
+            return f"{say.number(math.degrees(value), digits)} deg"
+        if self.unit == "s":
+            return f"{say.number(1e3 * value, digits)} ms"
+        if self.unit == "1":
+            return f"{say.number(100.0 * value, digits)} %"
+        return f"{say.number(value, digits)} {self.unit}"
+
+
+@dataclass(frozen=True)
+class Combination:
+    """Two numbers of which logs tell one combination better than each."""
+
+    keys: tuple[str, str]
+    name: str
+    value: float
+    std: float
+    unit: str
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The combination as plain JSON values."""
+        return asdict(self)
+
+    @property
+    def text(self) -> str:
+        """The combination in words."""
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        share = say.number(100.0 * self.std / abs(self.value), 1)
+        return (
+            f"known best: {self.name} = {say.number(self.value, 3)}{unit},"
+            f" to within {share} % (one standard deviation)"
+        )
+
+
+def fitted_numbers(estimate: SuitEstimate) -> list[FittedNumber]:
+    """Return all numbers of an estimate."""
+    deviations = np.sqrt(np.diag(estimate.covariance))
+    return [
+        _fitted(parameter, score, deviation, estimate.coverage_factor)
+        for parameter, score, deviation in zip(
+            estimate.model.parameters, estimate.scores, deviations, strict=True
+        )
+    ]
+
+
+def _fitted(parameter: Parameter, score: float, deviation: float, coverage: float) -> FittedNumber:
+    """Return one number with its interval.
+
+    What the logs say of a number is normal in what the tendons feel of it: in itself, or for a
+    stiffness in the compliance 1/K. That likelihood follows from the estimate of the normal score,
+    which is the product of prior and likelihood; with it and the exact prior the law of the number
+    is worked out on a grid of scores.
+    """
+    grid = np.linspace(-_REACH, _REACH, _POINTS)
+    values = parameter.value(grid)
+    prior = np.exp(-0.5 * np.square(grid))
+    prior /= prior.sum()
+    information = max(1.0 / deviation**2 - 1.0, 0.0)
+    weights = prior
+    if information > _NO_INFORMATION:
+        middle = score / (deviation**2 * information)
+        felt = _felt(parameter.key, values)
+        near = _felt(parameter.key, parameter.value(score + np.array([0.0, -_STEP, _STEP])))
+        slope = (near[2] - near[1]) / (2.0 * _STEP)
+        centre = near[0] + slope * (middle - score)
+        spread = abs(slope) / math.sqrt(information) * coverage / _NORMAL_COVERAGE
+        with np.errstate(divide="ignore", over="ignore"):
+            exponent = -0.5 * np.square((felt - centre) / max(spread, 1e-300))
+        weights = prior * np.exp(exponent - exponent.max())
+        weights /= weights.sum()
+    if np.max(weights) > _TOO_NARROW:
+        # The grid is too coarse for what is known this well, and the law is normal.
+        ends = parameter.value(score + coverage * deviation * np.array([-1.0, 0.0, 1.0]))
+        std = float(ends[2] - ends[0]) / (2.0 * coverage)
+    else:
+        below = np.cumsum(weights) - 0.5 * weights
+        ends = np.interp([0.025, 0.5, 0.975], below, values)
+        mean = float(weights @ values)
+        std = math.sqrt(float(weights @ np.square(values - mean)))
+    prior_mean = float(prior @ values)
+    prior_variance = float(prior @ np.square(values - prior_mean))
+    number = FittedNumber(
+        key=parameter.key,
+        value=float(ends[1]),
+        std=std,
+        interval_95=(float(ends[0]), float(ends[2])),
+        prior="",
+        learned=float(np.clip(1.0 - std**2 / prior_variance, 0.0, 1.0)),
+        unit=parameter.unit,
+        score=float(score),
+        is_sensor=parameter.is_sensor,
+        is_stated=parameter.is_stated,
+    )
+    return replace(number, prior=_prior_text(parameter, number))
+
+
+def _felt(key: str, values: Floats) -> Floats:
+    """Return what the tendons feel of a number: of a stiffness in series its compliance."""
+    is_series = split_side(key)[0] in _IN_SERIES
+    return np.asarray(1.0 / values if is_series else values)
+
+
+def _prior_text(parameter: Parameter, number: FittedNumber) -> str:
+    """Return the prior of a number in words."""
+    law = parameter.law
+    if parameter.log is not None:
+        return "any"
+    if law.kind == "uniform":
+        low = number.text(law.middle - law.spread)
+        high = number.text(law.middle + law.spread)
+        return f"{low} to {high}"
+    usual = "" if parameter.is_stated else " (usual)"
+    if law.kind == "log-normal":
+        return f"{number.text(law.middle)} within a factor of {math.exp(law.spread):.3g}{usual}"
+    return f"{number.text(law.middle)} ± {number.text(law.spread, 2)}{usual}"
+
+
+def _series(first: Floats, second: Floats) -> Floats:
+    """Return the stiffness of two springs in series, N/m."""
+    return 1.0 / (1.0 / first + 1.0 / second)
+
+
+_TOGETHER: tuple[tuple[str, str, str, str, Callable[[Any, Any], Any]], ...] = (
+    ("spring.stiffness", "anchor.stiffness", "spring and tissue in series", "N/m", _series),
+    ("sheath.friction", "sheath.bend_angle", "friction over the bend μφ", "1", np.multiply),
+    ("arm.forearm_mass", "arm.forearm_com", "moment of the forearm m_f d_com", "kg m", np.multiply),
+)
+"""Pairs of numbers of which the tendons feel one combination, with its name, unit and formula."""
+
+
+def combinations(estimate: SuitEstimate, numbers: Sequence[FittedNumber]) -> list[Combination]:
+    """Return what a log tells only together."""
+    count = len(estimate.scores)
+    sets = np.tile(estimate.scores, (count + 1, 1))
+    sets[1:] += _STEP * np.eye(count)
+    values = estimate.model.values(sets)
+    std = {number.key: number.std for number in numbers}
+    found = []
+    for (first, second, name, unit, formula), side in itertools.product(_TOGETHER, ("", *SIDES)):
+        both = (of_side(first, side), of_side(second, side)) if side else (first, second)
+        if not std.keys() >= {*both}:
+            continue
+        formed = np.asarray(formula(values[both[0]], values[both[1]]))
+        slope = (formed[1:] - formed[0]) / _STEP
+        deviation = math.sqrt(float(slope @ estimate.covariance @ slope))
+        told = 1.0 - deviation**2 / max(float(slope @ slope), 1e-300)
+        value = float(formed[0])
+        least = min(std[key] / abs(values[key][0]) for key in both)
+        if told >= TOLD and deviation / abs(value) < _BETTER * least:
+            full_name = f"{name} of the {side}" if side else name
+            found.append(Combination(both, full_name, value, deviation, unit))
+    return found

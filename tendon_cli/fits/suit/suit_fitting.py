@@ -1,0 +1,195 @@
+"""Fit of a suit to its logs: read, check, pick the rows that slide, fit, judge, say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from os import PathLike
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from tendon_cli.errors import InputError
+from tendon_cli.files import path_of
+from tendon_cli.fits.one_thread import one_thread
+from tendon_cli.fits.suit.fitted_numbers import combinations, fitted_numbers
+from tendon_cli.fits.suit.log_columns import SPOOL_ANGLE, Scaling
+from tendon_cli.fits.suit.parameters import (
+    LOAD,
+    inertia_of,
+    loads_of,
+    numbers_of,
+    sensors_of,
+)
+from tendon_cli.fits.suit.prediction import groups_of, misfits
+from tendon_cli.fits.suit.remarks import fast_note, gear_note, warnings_of
+from tendon_cli.fits.suit.row_selection import Selection, cut, selected, without_parts
+from tendon_cli.fits.suit.stroke_parts import AGAINST, SLACK, Parts
+from tendon_cli.fits.suit.suit_checks import check_durations, check_log, check_motion, note_on_load
+from tendon_cli.fits.suit.suit_estimate import SuitEstimate, fitted
+from tendon_cli.fits.suit.suit_log import Floats, SuitLog, read_logs
+from tendon_cli.fits.suit.suit_model import SuitModel
+from tendon_cli.fits.suit.suit_result import SuitFit
+from tendon_cli.fits.suit.window import fitted_window
+from tendon_cli.studies.load import AnyStudy, any_study
+from tendon_cli.studies.study import Study
+
+LogSource: TypeAlias = str | PathLike[str] | Mapping[str, Any] | Any
+_LEAST_LEARNED = 0.1
+"""Least share of a prior's variance that a log takes away for it to tell anything."""
+_ROUNDS = 3
+"""Most rounds in which rows are picked by what was fitted before."""
+_MOST_LEFT_OUT = 0.8
+"""Share of the parts up to which those are left out for which the model does not vouch."""
+_SAME_TURN = 0.2
+"""Share by which the way of a turn may change between rounds."""
+
+
+def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[SuitEstimate, Selection]:
+    """Return the estimate of a suit's numbers, and the rows that it rests on.
+
+    Raises:
+        StudyError: if the study is not about one suit, or nothing is to be fitted.
+        InputError: if the logs do not suit the study, or do not tell.
+    """
+    numbers = numbers_of(study)
+    for log in logs:
+        check_log(study, log)
+    thin, every, strokes = cut(logs)
+    check_durations(thin, strokes)
+    has_time = all(log.time is not None for log in thin)
+    sensors = sensors_of(_joined(thin), len(thin), study, has_time=has_time)
+    loads = _stated_loads(thin)
+    if loads or study.is_exact(LOAD):
+        numbers = [parameter for parameter in numbers if parameter.key != LOAD]
+    weighed = [] if study.is_exact(LOAD) else loads_of(loads)
+    parameters = [*numbers, *weighed, *sensors]
+    if has_time:
+        parameters.append(inertia_of(study))
+    model = SuitModel(study, parameters)
+    middle = np.zeros(len(parameters))
+    selection = selected(thin, every, strokes, 0.0, 1.0)
+    check_motion(model, selection.parts, thin)
+    model = _with_zeros(model, selection.parts)
+    turn = model.turn(middle, selection.parts)
+    estimate: SuitEstimate | None = None
+    for _ in range(_ROUNDS):
+        selection = selected(thin, every, strokes, turn, _spool_per_joint(selection.parts))
+        estimate = fitted(model, selection.parts, estimate)
+        is_slack, is_back = model.set_aside(estimate.scores, selection.parts)
+        is_left_out = is_slack | is_back
+        if is_left_out.any() and np.mean(is_left_out) < _MOST_LEFT_OUT:
+            of_back = is_back[~is_slack]
+            selection = without_parts(selection, is_slack, SLACK)
+            selection = without_parts(selection, of_back, AGAINST)
+            estimate = fitted(model, selection.parts, estimate)
+        before = turn
+        turn = model.turn(estimate.scores, selection.parts)
+        if abs(turn - before) <= _SAME_TURN * max(turn, 1e-3):
+            break
+    if estimate is None:
+        raise ValueError("a fit has one round or more")
+    return estimate, selection
+
+
+def _joined(logs: Sequence[SuitLog]) -> dict[str, Floats]:
+    """Return the channels of all logs, one after the other."""
+    return {name: np.concatenate([log.channels[name] for log in logs]) for name in logs[0].channels}
+
+
+def _stated_loads(logs: Sequence[SuitLog]) -> list[float]:
+    """Return the different loads that the logs state, kg."""
+    stated = [log.load_mass for log in logs if log.load_mass is not None]
+    return [] if not stated else np.unique(np.concatenate(stated)).tolist()
+
+
+def _spool_per_joint(parts: Parts) -> float:
+    """Return the way of the spool per way of the joint; 1 without the spool's angle."""
+    if SPOOL_ANGLE not in parts.values:
+        return 1.0
+    slope = np.polyfit(parts.angle, parts.values[SPOOL_ANGLE], 1)[0]
+    return float(abs(slope))
+
+
+def _with_zeros(model: SuitModel, parts: Parts) -> SuitModel:
+    """Return the model with the zero of the spool's angle of each log near its measured one."""
+    if SPOOL_ANGLE not in parts.values:
+        return model
+    scores = np.zeros((1, len(model.parameters)))
+    away = parts.values[SPOOL_ANGLE] - model.predict(scores, parts, (SPOOL_ANGLE,))[0, 0]
+    parameters = list(model.parameters)
+    for place, parameter in enumerate(parameters):
+        if parameter.log is not None:
+            middle = float(np.mean(away[parts.log == parameter.log]))
+            law = replace(parameter.law, middle=middle)
+            parameters[place] = replace(parameter, law=law)
+    return SuitModel(model.study, parameters)
+
+
+@one_thread()
+def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
+    """Fit the numbers of a suit to logs of its own motor and joint.
+
+    What the study gives with +/- or as a range is fitted, with that as its prior; every other
+    number of arm, load and sensors has a usual tolerance, unless `[uncertainty] exact` names it.
+
+    Args:
+        study: Study of one suit, a dictionary as a study file has it, or the path of its file.
+        logs: A CSV or a list of CSVs, DataFrames or mappings of names to arrays. Columns are
+            `elbow_angle`, at least one of `spool_angle`, `motor_torque` and tensions such as
+            `flexor_tension_proximal`, and optionally `time` and `load_mass`, with units.
+
+    Raises:
+        StudyError: if the study is not about one suit, or nothing is to be fitted.
+        UsageError: if the study lacks what a column needs.
+        InputError: if a log is wrong, or cannot tell anything.
+
+    >>> import tendon_cli as tendon
+    >>> fit = tendon.fit_suit("suit.toml", "suit_log.csv")
+    >>> round(fit.numbers["sheath.friction"].value, 3)
+    0.084
+    """
+    checked = any_study(study)
+    given: list[Any] = list(logs) if isinstance(logs, list | tuple) else [logs]
+    sources = [path_of(one) if isinstance(one, str | PathLike) else one for one in given]
+    section = checked.fit
+    constant = section.torque_constant
+    counts = section.counts_per_turn
+    scaling = Scaling(
+        None if constant is None else constant.single, None if counts is None else counts.single
+    )
+    read = read_logs(sources, section.columns.named, scaling)
+    on_loads = [note for log in read for note in note_on_load(checked, log)]
+    estimate, selection = estimate_of(checked, read)
+    numbers = fitted_numbers(estimate)
+    if not any(number.is_stated and number.learned >= _LEAST_LEARNED for number in numbers):
+        problem = "cannot tell: the logs narrow none of the numbers that the study asks for"
+        hint = "log the spool's angle and the motor's torque with two or more loads"
+        raise InputError(problem, where=read[0].source, hint=hint)
+    _, predicted_from = groups_of(selection.parts)
+    notes = [*on_loads, *(note for log in read for note in log.notes)]
+    notes += [*selection.notes, *fast_note(estimate), *gear_note(numbers)]
+    notes.append(_rank_note(estimate))
+    window, doubts = fitted_window(estimate, numbers)
+    return SuitFit(
+        estimate=estimate,
+        selection=selection,
+        fitted=tuple(numbers),
+        combinations=tuple(combinations(estimate, numbers)),
+        misfits=tuple(misfits(estimate)),
+        predicted_from=predicted_from,
+        window=window,
+        doubts=doubts,
+        warnings=tuple(warnings_of(estimate, selection, numbers)),
+        notes=tuple(notes),
+    )
+
+
+def _rank_note(estimate: SuitEstimate) -> str:
+    """Return how many directions of the parameters the logs tell better than their priors."""
+    sizes = np.linalg.svd(estimate.whitened, compute_uv=False)
+    told = int(np.count_nonzero(sizes > 1.0))
+    return (
+        f"the logs tell {told} combinations of the {len(estimate.scores)} uncertain numbers and"
+        " sensor errors better than the study states them"
+    )

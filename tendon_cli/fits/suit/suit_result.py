@@ -1,0 +1,218 @@
+"""Result of a fit to a suit's logs: the numbers, and how far they can be trusted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from tendon_cli import say
+from tendon_cli.display import Displayed
+from tendon_cli.fits.suit.fitted_numbers import Combination, FittedNumber
+from tendon_cli.fits.suit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE
+from tendon_cli.fits.suit.parameters import GEAR_EFFICIENCY, unit_of
+from tendon_cli.fits.suit.prediction import ChannelMisfit
+from tendon_cli.fits.suit.row_selection import Selection
+from tendon_cli.fits.suit.suit_estimate import SuitEstimate
+from tendon_cli.fits.suit.window import Doubt, FittedWindow
+
+_WIDTH = 100
+_UNUSUAL = 1.0
+"""Normal score from which a number that is stated as exact is named in the text."""
+_MOST_NAMED = 8
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SuitFit(Displayed):
+    """Numbers of a suit, fitted to its own logs."""
+
+    estimate: SuitEstimate
+    selection: Selection
+    fitted: tuple[FittedNumber, ...]
+    """Numbers of the study and errors of sensors."""
+    combinations: tuple[Combination, ...]
+    misfits: tuple[ChannelMisfit, ...]
+    predicted_from: str
+    """Group without which each part was predicted: "log" or "third of the strokes"."""
+    window: FittedWindow | None
+    """Window of the fitted suit at the loads of the logs; None without a fitted pretension."""
+    doubts: tuple[Doubt, ...]
+    """Numbers that leave most of the doubt in the window, the largest first."""
+    warnings: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    drawn_by: ClassVar[str] = "tendon_cli.face.page_of_suit_fit"
+
+    @property
+    def numbers(self) -> dict[str, FittedNumber]:
+        """Numbers of the study, by key."""
+        return {number.key: number for number in self.fitted if not number.is_sensor}
+
+    @property
+    def sensors(self) -> dict[str, FittedNumber]:
+        """Errors of sensors, and loads, by name."""
+        return {number.key: number for number in self.fitted if number.is_sensor}
+
+    @property
+    def channels(self) -> dict[str, ChannelMisfit]:
+        """Misfit of each channel."""
+        return {misfit.channel: misfit for misfit in self.misfits}
+
+    @property
+    def used(self) -> int:
+        """Number of rows used."""
+        return self.selection.used
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """Fit as plain JSON values, as `--json` prints it; SI."""
+        return {
+            "numbers": {key: number.record for key, number in self.numbers.items()},
+            "sensors": {key: number.record for key, number in self.sensors.items()},
+            "combinations": [combination.record for combination in self.combinations],
+            "channels": {name: misfit.record for name, misfit in self.channels.items()},
+            "predicted_from": self.predicted_from,
+            "window": None if self.window is None else self.window.record,
+            "next": [doubt.record for doubt in self.doubts],
+            "warnings": list(self.warnings),
+            "notes": list(self.notes),
+            "used": self.used,
+            "set_aside": self.selection.set_aside,
+            "strokes": self.estimate.strokes,
+            "logs": [{"file": log.source, "sha256": log.sha256} for log in self.selection.logs],
+        }
+
+    @property
+    def text(self) -> str:
+        """Result in words, about one screen: what is wrong stands before any number."""
+        lines = [f"warning: {text}" for text in self.warnings]
+        lines.append(self._first_line())
+        stated = [number for number in self.fitted if number.is_stated]
+        lines += _table(stated)
+        lines += _named("not told", _untold(self.fitted))
+        lines += [
+            line
+            for combination in self.combinations[:_MOST_NAMED]
+            for line in _line("together", combination.text)
+        ]
+        lines += _named("off", _unusual(self.fitted))
+        lines += _line("holds?", self._misfit_text())
+        if self.window is not None:
+            lines += _line("window", self.window.text)
+        lines += _line("helps", self._help_text())
+        lines += self._rows_lines()
+        lines += [f"note: {text}" for text in self.notes]
+        return "\n".join(lines)
+
+    def _first_line(self) -> str:
+        """Return what was fitted to what."""
+        told = [number for number in self.fitted if number.is_stated and number.is_told]
+        stated = [number for number in self.fitted if number.is_stated]
+        logs = say.counted(len(self.selection.logs), "log")
+        strokes = say.counted(self.estimate.strokes, "stroke")
+        of_these = f"{len(told)} of {say.counted(len(stated), 'number')}"
+        return f"{logs}, {strokes}: they determine {of_these} to be fitted"
+
+    def _help_text(self) -> str:
+        """Return what would tell the numbers that leave most of the doubt."""
+        texts = [
+            f"{doubt.key} leaves {say.number(100.0 * doubt.share, 2)} % of the doubt in the"
+            f" window's nearer end: {doubt.advice}"
+            for doubt in self.doubts
+        ]
+        usual = [number.key for number in self.fitted if number.prior.endswith("(usual)")]
+        if usual:
+            texts.append(
+                "parts that you measured need no usual tolerance: state their +/-, or name them"
+                f' under [uncertainty], such as exact = ["{usual[0]}"]'
+            )
+        return "; ".join(texts) or "the stated ranges are narrow enough"
+
+    def _misfit_text(self) -> str:
+        """Return how well each log is predicted from the others."""
+        texts = [
+            f"{_of_channel(misfit)} ({say.percent(misfit.share)} of its swing)"
+            for misfit in self.misfits
+        ]
+        others = f"each {self.predicted_from} is predicted from the others"
+        return f"{others} to within {say.join_words(texts)}"
+
+    def _rows_lines(self) -> list[str]:
+        """Return how many rows were used, and why others were not."""
+        aside = [f"{rows:,} {reason}" for reason, rows in self.selection.set_aside.items()]
+        text = f"{self.used:,} used"
+        if aside:
+            text += f"; set aside: {', '.join(aside)}"
+        return _line("rows", text)
+
+
+def _of_channel(misfit: ChannelMisfit) -> str:
+    """Return the misfit of a channel with its unit."""
+    name = say.spaced(misfit.channel)
+    if misfit.channel == SPOOL_ANGLE:
+        return f"{say.number(57.29577951308232 * misfit.predicted_rms, 2)} deg of {name}"
+    unit = unit_of(misfit.channel)
+    named = "torque" if misfit.channel == MOTOR_TORQUE else name
+    return f"{say.number(misfit.predicted_rms, 2)} {unit} of {named}"
+
+
+def _table(numbers: Sequence[FittedNumber]) -> list[str]:
+    """Return the lines of the numbers that were asked for."""
+    cells = [("", "fitted", "95 % interval", "stated", "learned")]
+    for number in numbers:
+        low, high = number.interval_95
+        cells.append(
+            (
+                number.key,
+                number.text(number.value),
+                f"{number.text(low)} to {number.text(high)}",
+                number.prior,
+                say.percent(number.learned),
+            )
+        )
+    widths = [max(len(row[column]) for row in cells) for column in range(len(cells[0]))]
+    return [
+        "  "
+        + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in cells
+    ]
+
+
+def _untold(numbers: Sequence[FittedNumber]) -> list[str]:
+    """Return the numbers asked for that keep their priors."""
+    return [number.key for number in numbers if number.is_stated and not number.is_told]
+
+
+def _unusual(numbers: Sequence[FittedNumber]) -> list[str]:
+    """Return numbers that were not asked for and come out far from what is stated."""
+    found = sorted(
+        (
+            number
+            for number in numbers
+            if not number.is_stated
+            and number.prior != "any"
+            and number.key != GEAR_EFFICIENCY
+            and abs(number.score) >= _UNUSUAL
+        ),
+        key=lambda number: -abs(number.score),
+    )
+    return [
+        f"{number.key} {number.text(number.value)}, stated {number.prior}"
+        for number in found[:_MOST_NAMED]
+    ]
+
+
+def _named(name: str, items: Sequence[str]) -> list[str]:
+    """Return a line that lists items; none without items."""
+    if not items:
+        return []
+    joined = "; ".join(items)
+    if name == "not told":
+        ranges = "range" if len(items) == 1 else "ranges"
+        joined = f"{say.join_words(items)}: the logs leave most of the stated {ranges}"
+    return _line(name, joined)
+
+
+def _line(name: str, text: str) -> list[str]:
+    """Return a text behind its name, wrapped."""
+    return say.wrap(text, f"  {name:<10}", _WIDTH, " " * 12)

@@ -1,6 +1,0 @@
-"""A friction coefficient from the readings of two load cells."""
-
-from tendon_cli.friction.fit import fit_friction
-from tendon_cli.friction.fit_report import write_fragment, write_strokes
-
-__all__ = ["fit_friction", "write_fragment", "write_strokes"]
