@@ -323,9 +323,7 @@ class Solver:
                 )
                 angle[pairs] = np.where(np.isnan(found), angle[pairs], found)
 
-    def _may_bind(
-        self, ends: Ends, points: Points, reading: Reading | None
-    ) -> tuple[Flags, Flags]:
+    def _may_bind(self, ends: Ends, points: Points, reading: Reading | None) -> tuple[Flags, Flags]:
         """Return True for lower and upper ends that may set the window of their choice.
 
         They may do so once they are sought between the angles; both are (choices, conditions).
