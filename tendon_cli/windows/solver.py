@@ -36,7 +36,7 @@ _STATES_AT_ONCE = 2**21
 _MOTOR_IN_NUMPY = 64
 """Factor by which a portion is smaller for power and a whole motion, so that NumPy's arrays of all
 states stay in the cache."""
-_MOTION_IN_NUMPY = 32
+_MOTION_IN_NUMPY = 128
 """Factor by which a portion is smaller along a trajectory, of which NumPy has all states."""
 _SAME_ANGLE = 1e-12
 """Distance within which two angles are the same but for rounding, rad."""
