@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import io
 import re
+import threading
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from contextvars import ContextVar
@@ -156,6 +157,10 @@ _JOINT: ContextVar[str] = ContextVar("_JOINT", default="elbow")
 """Name of the joint of the study that is being drawn."""
 
 
+_MATPLOTLIB = threading.RLock()
+"""Lock of matplotlib's settings and of its parser of formulas, which threads share."""
+
+
 @contextlib.contextmanager
 def house_style(joint: str = "elbow") -> Iterator[None]:
     """Set matplotlib as it ships, with the style of this project on top.
@@ -167,7 +172,7 @@ def house_style(joint: str = "elbow") -> Iterator[None]:
     """
     before = _JOINT.set(joint)
     try:
-        with warnings.catch_warnings(), mpl.rc_context():
+        with _MATPLOTLIB, warnings.catch_warnings(), mpl.rc_context():
             # A title may hold characters that the font lacks. They are drawn as boxes.
             warnings.filterwarnings("ignore", message="Glyph .* missing from")
             settings: Any = mpl.rcParams

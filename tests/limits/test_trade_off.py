@@ -115,7 +115,7 @@ def test_a_question_without_such_a_limit_has_no_trade_off():
 def test_the_best_choices_with_each_value_of_a_limit_stand_side_by_side(answer, trade_off):
     lines = answer.text.splitlines()
     start = lines.index("What each limit buys: limits.peak_motor_torque")
-    (said,) = (line.split() for line in lines[start:] if line.split()[:1] == ["max_tension"])
+    said = next(line.split() for line in lines[start:] if line.split()[:1] == ["max_tension"])
     tensions = [best["max_tension"] for best in trade_off["best"] if best is not None]
     assert said[1] == "N"
     assert {say.number(tension) for tension in tensions} >= set(said[2:])
