@@ -192,7 +192,11 @@ PlotTableOption = Annotated[str | None, options.option("states|designs", "table 
 QuantityOption = Annotated[
     list[str] | None,
     options.option(
-        "COLUMN", "column to draw; repeatable", "--quantity", "-y", completer=completion.columns
+        "COLUMN",
+        "column to draw, or the axis up of a map; repeatable",
+        "--quantity",
+        "-y",
+        completer=completion.columns,
     ),
 ]
 AcrossOption = Annotated[
@@ -279,23 +283,22 @@ def plot(
         choices, record = _choices_and_record(source)
         drawn = [draw_between_samples(choices, record, out, overwrite=overwrite)]
     elif x is not None and is_answer:
-        from tendon_cli.figures.trade_off import draw_trade_off
+        from tendon_cli.figures.answer_figures import draw_over
         from tendon_cli.studies.figures import read_size
 
         width, height = read_size(size)
         choices, record = _choices_and_record(source)
-        drawn = [
-            draw_trade_off(
-                choices,
-                record,
-                x,
-                out,
-                width=width,
-                height=height,
-                form=format_,
-                overwrite=overwrite,
-            )
-        ]
+        drawn = draw_over(
+            choices,
+            record,
+            x,
+            quantity[0] if quantity else None,
+            out,
+            width=width,
+            height=height,
+            form=format_,
+            overwrite=overwrite,
+        )
     elif is_answer and not any((table, quantity, x, colour, panels, where, unit)):
         from tendon_cli.figures.answer_figures import draw_again
 

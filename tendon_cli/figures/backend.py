@@ -71,7 +71,8 @@ with _shipped_settings():
     from matplotlib.font_manager import FontProperties
     from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.lines import Line2D
-    from matplotlib.patches import Arc, Circle, FancyArrowPatch, Patch
+    from matplotlib.patches import Arc, Circle, FancyArrowPatch, Patch, PathPatch
+    from matplotlib.path import Path as Outline
     from matplotlib.patheffects import Normal, TickedStroke, withStroke
     from matplotlib.text import Text
     from matplotlib.textpath import text_to_path
@@ -90,7 +91,9 @@ __all__ = [
     "LinearSegmentedColormap",
     "ListedColormap",
     "Normal",
+    "Outline",
     "Patch",
+    "PathPatch",
     "Text",
     "TickedStroke",
     "TwoSlopeNorm",

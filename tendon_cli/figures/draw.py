@@ -12,25 +12,26 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tendon_cli import say
+from tendon_cli.cube.columns import column_named
 from tendon_cli.cube.cube import Cube, cube_of, cube_to_come
 from tendon_cli.cube.source import table_of_study
 from tendon_cli.errors import Fault, InputError, OutputError, StudyError, TendonError, UsageError
 from tendon_cli.figures.layout import (
     MOST_NUMBERS,
     CurvePlan,
-    MapPlan,
     has_many_rows,
     is_table_of_loads,
     long_axes,
+    map_axes,
     numbers_of_many_rows,
     plan_curves,
-    plan_maps,
-    plan_table,
 )
+from tendon_cli.model.kinematics import Rows
 from tendon_cli.registry import by_name
+from tendon_cli.space.axis import Axis
 from tendon_cli.studies.figures import FigureSpec, read_size
 from tendon_cli.studies.filters import Condition
-from tendon_cli.studies.study import Study
+from tendon_cli.studies.study import Study, keys
 from tendon_cli.tables.read import AnyTable, open_table
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ def plot(
         overwrite: True to replace files that tendon did not write.
 
     Returns:
-        The files, page by page. Further pages have -2, -3 before the ending.
+        The files, page by page. Further pages have _2, _3 before the ending.
 
     Raises:
         UsageError: The figure does not fit the table, or tendon did not write a file.
@@ -100,8 +101,7 @@ def _pages(cube: Cube, spec: FigureSpec, finish: Finish | None = None) -> list[P
     from tendon_cli.figures.style import house_style
 
     with house_style(say.joint_name(cube.document)):
-        plan, conditions = _plan(cube, spec)
-        pages = _draw_pages(cube, spec, plan, conditions)
+        pages = _draw_pages(cube, spec)
         if finish is not None:
             for page in pages:
                 finish(spec, page.figure)
@@ -234,6 +234,8 @@ def table_of(
 ) -> AnyTable:
     """Open a table from its file, or from a run's folder the one that has the figure's columns.
 
+    A map over two axes is of designs.
+
     Args:
         path: File of a table, or folder of a run.
         spec: The figure.
@@ -243,53 +245,67 @@ def table_of(
 
     Raises the errors of `table_of_study`.
     """
+    inputs = {key.column for path_, key in keys().items() if not path_.startswith("motion.")}
+    drawn = [column_named(name) for name in (spec.x, *spec.quantity) if name]
+    if wanted is None and len(inputs.intersection(drawn)) > 1 and spec.x is not None:
+        wanted = "designs"
     return table_of_study(path, wanted, spec.named_columns, study, records)
 
 
-def _plan(cube: Cube, spec: FigureSpec) -> tuple[MapPlan | CurvePlan, list[Condition]]:
+def _plan(
+    cube: Cube, spec: FigureSpec
+) -> tuple[tuple[Axis, Axis] | CurvePlan, dict[str, Rows], list[Condition]]:
     """Lay out a figure of a table.
 
+    Designs are a map over the axes that the user names with -x and -y, or over their two longest.
+
     Returns:
-        The layout, and the conditions that rows must meet.
+        The axes of a map, or the layout of curves; the positions to choose from, by the column of
+        the axis; and the conditions that rows must meet.
 
     Raises:
         UsageError: The figure does not fit the table.
     """
     conditions = cube.conditions(spec.filters)
     chosen = cube.choose(conditions)
-    is_plain = not (spec.quantity or spec.x or spec.colour or spec.panels)
     on_axes = all(
         cube.axis(condition.column) or condition.column in cube.columns_of_names
         for condition in conditions
     )
-    if cube.kind == "designs" and is_plain and on_axes:
-        if len(long_axes(cube, chosen)) > 1:
-            return plan_maps(cube, chosen), conditions
-        if is_table_of_loads(cube, chosen):
-            return plan_table(cube, chosen), conditions
-    return plan_curves(cube, chosen, spec), conditions
+    if cube.kind == "designs" and on_axes and not spec.panels:
+        x = None if spec.x is None else cube.axis(column_named(spec.x))
+        named = [cube.axis(column_named(name)) for name in spec.quantity]
+        y = next((axis for axis in named if axis is not None), None)
+        is_plain = not (spec.quantity or spec.x or spec.colour)
+        is_usual = len(long_axes(cube, chosen)) > 1 or is_table_of_loads(cube, chosen)
+        if (is_plain and is_usual) or (y is not None and (x is not None or spec.x is None)):
+            axes = map_axes(cube, chosen, x, y)
+            if axes is not None:
+                return axes, chosen, conditions
+    return plan_curves(cube, chosen, spec), chosen, conditions
 
 
-def _draw_pages(
-    cube: Cube, spec: FigureSpec, plan: MapPlan | CurvePlan, conditions: list[Condition]
-) -> list[Page]:
-    """Draw the pages of a plan."""
+def _draw_pages(cube: Cube, spec: FigureSpec) -> list[Page]:
     width, height = read_size(spec.size)
-    if isinstance(plan, MapPlan):
-        from tendon_cli.figures.map_data import map_data
+    plan, chosen, conditions = _plan(cube, spec)
+    if isinstance(plan, tuple):
         from tendon_cli.figures.maps import draw_maps
 
-        return draw_maps(map_data(cube, plan, spec), width, height)
-    from tendon_cli.figures.curve_data import curve_data
-    from tendon_cli.figures.curves import draw_curves
+        pages = draw_maps(cube, plan, chosen, spec, width, height)
+    else:
+        from tendon_cli.figures.curves import curve_data, draw_curves
 
-    return draw_curves(curve_data(cube, plan, conditions, spec), width, height)
+        pages = draw_curves(curve_data(cube, plan, conditions, spec), width, height)
+    if height is not None:
+        for page in pages:
+            page.check_fits()
+    return pages
 
 
 def _slack_maps(
     study: Study, run: Path, folder: Path, records: Mapping[str, Any] | None
 ) -> list[Path]:
-    """Draw slack_map.png, and slack_map-2.png and so on if the panels need more pages.
+    """Draw slack_map.png, and slack_map_2.png and so on if the panels need more pages.
 
     Designs along one axis are drawn as lines, and those of many rows as points over each number.
     """
@@ -306,13 +322,9 @@ def _slack_maps(
 
 def _save_pages(pages: list[Page], targets: list[Path], *, overwrite: bool = False) -> list[Path]:
     """Write pages to each target, with a number in the name from the second page on."""
-    from tendon_cli.figures.frame import save_pages
+    from tendon_cli.figures.frame import numbered, save_pages
 
-    files = []
-    for number, page in enumerate(pages, 1):
-        for target in targets:
-            path = target if number == 1 else target.with_stem(f"{target.stem}-{number}")
-            files.append((page, path))
+    files = [file for target in targets for file in numbered(pages, target)]
     return save_pages(files, overwrite=overwrite)
 
 

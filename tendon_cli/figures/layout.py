@@ -7,8 +7,11 @@ out.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
+
+import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, TIME
@@ -27,17 +30,13 @@ from tendon_cli.space.axis import (
 from tendon_cli.studies.figures import MOST_QUANTITIES, OF_STATES, FigureSpec
 from tendon_cli.studies.study import keys
 
-MOST_COLOURS = 6
-MOST_PANELS = 24
-PANELS_PER_PAGE = 12
-MOST_PANELS_UNASKED = 4
-"""Largest number of panels of curves if the user names no axis for them."""
+MOST_COLOURS = 12
+MOST_PANELS = 48
+"""Largest number of panels of curves, on several pages."""
 POINTS = 1000
 """Largest number of points of a line."""
 MARKS = 10_000
 """Largest number of points that no line joins: of cases, persons or draws."""
-CELLS_PER_AXIS = 400
-"""Largest number of cells of a map along either axis."""
 
 STATE_PAIRS = (
     "flexor_tension_distal",
@@ -56,8 +55,6 @@ STATES_OF_ROWS = ("flexor_tension_distal", "extensor_tension_distal", "motor_tor
 """Columns of `states` that are drawn of each row of a table, below each other."""
 MOST_NAMES = 40
 """Largest number of rows that stand by name along an axis; more are points over their numbers."""
-MOST_LOADS = 12
-"""Largest number of loads that stand side by side by their values."""
 MOST_NUMBERS = 6
 """Largest number of numbers over which rows are drawn as points."""
 
@@ -120,30 +117,30 @@ class CurvePlan:
     colour: Axis | None
     dash: Axis | None
     """The direction of motion, unless it plays another part."""
-    panels: Axis | None
+    panels: tuple[Axis, ...]
+    """Axes whose values have a panel for each combination."""
     positions: Mapping[str, Rows]
     """Positions drawn of each axis, by its column."""
     notes: tuple[str, ...]
 
     @property
-    def is_joined(self) -> bool:
-        """True if points next to each other on x may be joined by a line; not those of names."""
-        return not self.x.is_text
-
-    @property
-    def parts(self) -> tuple[Axis | None, ...]:
-        """Panels, colour, dashes, x: the order of the values' dimensions."""
-        return self.panels, self.colour, self.dash, self.x
+    def axes(self) -> list[Axis]:
+        """Axes that have a part."""
+        return [axis for axis in (*self.panels, self.colour, self.dash, self.x) if axis is not None]
 
     def rows(self, cube: Cube) -> Rows:
         """Return the rows of all lines (panels, colours, dashes, x)."""
-        order = [axis.column for axis in self.parts if axis is not None]
-        shape = [1 if axis is None else len(self.positions[axis.column]) for axis in self.parts]
-        return cube.rows(order, self.positions).reshape(shape)
+        ends = (self.colour, self.dash, self.x)
+        shape = [1 if axis is None else len(self.positions[axis.column]) for axis in ends]
+        order = [axis.column for axis in self.axes]
+        return cube.rows(order, self.positions).reshape(-1, *shape)
 
 
 def plan_curves(cube: Cube, chosen: Mapping[str, Rows], spec: FigureSpec) -> CurvePlan:
     """Give each axis its part in a figure of curves.
+
+    A figure of one quantity has panels for all axes without another part; of several quantities
+    only one axis, or the rows of a table, has panels.
 
     Args:
         cube: The table.
@@ -156,41 +153,40 @@ def plan_curves(cube: Cube, chosen: Mapping[str, Rows], spec: FigureSpec) -> Cur
     quantities = _quantities(cube, spec)
     long = [axis for axis in cube.axes if len(chosen[axis.column]) > 1]
     colour = _named_axis(cube, spec.colour, "--colour")
-    panels = _named_axis(cube, spec.panels, "--panels")
-    x_column, x = _along_x(cube, spec, [axis for axis in long if axis not in (colour, panels)])
+    named = _named_axis(cube, spec.panels, "--panels")
+    x_column, x = _along_x(cube, spec, [axis for axis in long if axis not in (colour, named)])
     free = [axis for axis in long if axis is not x]
-    if spec.overlay:
-        colour = None
-        panels = panels or _usual_panels(free)
-    else:
-        colour = colour or _usual_colour(free, panels)
-    directions = [axis for axis in free if axis.column == DIRECTION]
-    dash = next((axis for axis in directions if axis not in (colour, panels)), None)
-    if panels is None:
-        others = [axis for axis in free if axis not in (colour, dash)]
-        rows = next((axis for axis in others if _are_few_rows(axis, chosen)), None)
-        if rows is not None:
-            panels = rows
-            quantities = _quantities(cube, spec, is_by_row=True)
-        elif len(quantities) == 1 and others:
-            panels = others[0]
-    parts = [axis for axis in (x, colour, dash, panels) if axis is not None]
+    if not spec.overlay:
+        colour = colour or _usual_colour(free, named)
+    elif named is None:
+        named = _usual_colour([axis for axis in free if axis.column != ANGLE], None)
+    parts = [axis for axis in (x, colour, named) if axis is not None]
     if len(set(parts)) < len(parts):
         raise UsageError(
             "one axis cannot have two roles", hint="x, colour and panels name different axes"
         )
-    most_panels = MOST_PANELS_UNASKED
-    if (len(quantities) == 1 and spec.panels) or (panels and _are_few_rows(panels, chosen)):
-        most_panels = MOST_PANELS
-    most_points = MARKS if x.is_text else POINTS
-    most = {x: most_points, colour: MOST_COLOURS, dash: 2, panels: most_panels}
-    positions, notes = _thin_out(cube, chosen, most)
-    return CurvePlan(quantities, x_column, x, colour, dash, panels, positions, notes)
+    dash = next((axis for axis in free if axis.column == DIRECTION and axis not in parts), None)
+    others = [axis for axis in free if axis not in (*parts, dash)]
+    rows = [axis for axis in others if is_of_rows(axis) and len(chosen[axis.column]) <= MOST_NAMES]
+    panels = [axis for axis in (named,) if axis is not None]
+    if len(quantities) == 1 or spec.overlay:
+        panels += [axis for axis in others if axis.column not in (ANGLE, TIME)]
+    elif rows and named is None:
+        panels = rows[:1]
+        quantities = _quantities(cube, spec, is_by_row=True)
+    counts = [len(chosen[axis.column]) for axis in panels]
+    most = {x: MARKS if x.is_text else POINTS, colour: MOST_COLOURS, dash: 2}
+    most |= dict(zip(panels, fewer(counts, MOST_PANELS), strict=True))
+    positions, notes = thin_out(cube, chosen, most)
+    return CurvePlan(quantities, x_column, x, colour, dash, tuple(panels), positions, notes)
 
 
-def _are_few_rows(axis: Axis, chosen: Mapping[str, Rows]) -> bool:
-    """Return True for an axis of rows of a table that are all drawn, a panel each."""
-    return is_of_rows(axis) and len(chosen[axis.column]) <= MOST_PANELS
+def fewer(counts: list[int], most: int) -> list[int]:
+    """Lower the largest of some counts until their product is at most `most`."""
+    left = list(counts)
+    while math.prod(left) > most:
+        left[left.index(max(left))] -= 1
+    return left
 
 
 def _quantities(cube: Cube, spec: FigureSpec, *, is_by_row: bool = False) -> tuple[str, ...]:
@@ -262,13 +258,8 @@ def _usual_colour(free: list[Axis], panels: Axis | None) -> Axis | None:
     return next((axis for axis in open_axes if axis.column == LOAD), first)
 
 
-def _usual_panels(free: list[Axis]) -> Axis | None:
-    """Select the axis of the panels: the load, or else the first but angle and direction."""
-    return _usual_colour([axis for axis in free if axis.column != ANGLE], None)
-
-
-def _thin_out(
-    cube: Cube, chosen: Mapping[str, Rows], most: Mapping[Axis | None, int]
+def thin_out(
+    cube: Cube, chosen: Mapping[str, Rows], most: Mapping[Any, int]
 ) -> tuple[dict[str, Rows], tuple[str, ...]]:
     """Select the positions drawn of each axis, evenly if there are more than `most`.
 
@@ -284,41 +275,14 @@ def _thin_out(
         drawn = all_positions[evenly_spaced(len(all_positions), most.get(axis, 1))]
         positions[axis.column] = drawn
         if len(drawn) < len(all_positions):
-            name = cube.shown(axis.column).name
+            shown = cube.shown(axis.column)
             which = ""
-            if len(drawn) == 1 and axis.column == ANGLE:  # the caption has those of other axes
-                angle = float(axis.values[int(drawn[0])])
-                which = f" ({cube.shown(axis.column).equation(angle)})"
-            fewer.append(f"{len(drawn):,} of {len(all_positions):,} values of {name}{which}")
+            if len(drawn) == 1 and not axis.is_text:
+                which = f" ({shown.equation(float(axis.values[int(drawn[0])]))})"
+            fewer.append(f"{len(drawn):,} of {len(all_positions):,} values of {shown.name}{which}")
     if not fewer:
         return positions, ()
     return positions, (f"Shown: {say.join_words(fewer)}, evenly spaced.",)
-
-
-@dataclass(frozen=True)
-class MapPlan:
-    """Layout of slack maps: axes and positions of all panels.
-
-    If `is_table`, the load is along x and rows by name are along y, in cells of one size.
-    """
-
-    x: Axis
-    y: Axis
-    titled: tuple[Axis, ...]
-    """Axes that differ between the panels, the load first."""
-    positions: Mapping[str, Rows]
-    """Positions drawn of each axis, by its column."""
-    notes: tuple[str, ...]
-    is_table: bool = False
-
-    def rows(self, cube: Cube) -> Rows:
-        """Return the rows of all panels (panels, y, x).
-
-        The load varies fastest, so that its values are seen side by side.
-        """
-        order = [axis.column for axis in (*reversed(self.titled), self.y, self.x)]
-        rows = cube.rows(order, self.positions)
-        return rows.reshape(-1, *rows.shape[-2:])
 
 
 def long_axes(cube: Cube, chosen: Mapping[str, Rows]) -> list[Axis]:
@@ -327,55 +291,91 @@ def long_axes(cube: Cube, chosen: Mapping[str, Rows]) -> list[Axis]:
     return sorted(long, key=_is_limit)
 
 
+def is_table_of_loads(cube: Cube, chosen: Mapping[str, Rows]) -> bool:
+    """Return True if rows of a table, few enough to stand by name, differ under several loads."""
+    load = cube.axis(LOAD)
+    axes = long_axes(cube, chosen)
+    return (
+        load is not None
+        and len(chosen[LOAD]) > 1
+        and len(axes) == 1
+        and is_of_rows(axes[0])
+        and len(chosen[axes[0].column]) <= MOST_NAMES
+    )
+
+
+def weight(axis: Axis, count: int) -> float:
+    """Return how much an axis of so many values asks to be one of the map's two.
+
+    A load counts half, because it is rather compared panel by panel, and a limit hardly, because no
+    state changes along it.
+    """
+    if limit_of(axis.key) is not None:
+        return 0.0
+    return count / 2.0 if axis.column == LOAD else float(count)
+
+
+def map_axes(
+    cube: Cube, chosen: Mapping[str, Rows], x: Axis | None = None, y: Axis | None = None
+) -> tuple[Axis, Axis] | None:
+    """Select the axes of a map: those asked for, or else the two of the most values.
+
+    Of equally long ones those next to each other in the study belong together. Names stand up,
+    where they are read without turning.
+
+    Args:
+        cube: The table.
+        chosen: Positions to choose from, by the column of the axis.
+        x: Axis across, if it is asked for.
+        y: Axis up, if it is asked for.
+
+    Returns:
+        The axes across and up; None if fewer than two have several values.
+    """
+    long = [axis for axis in cube.axes if len(chosen[axis.column]) > 1 or axis in (x, y)]
+    is_asked = x is not None
+    weights = {axis: weight(axis, len(chosen[axis.column])) for axis in long}
+    places = {axis: place for place, axis in enumerate(long)}
+    if x is None:
+        others = [axis for axis in long if axis is not y]
+        x = max(others, key=lambda axis: weights[axis], default=None)
+    others = [axis for axis in long if axis is not x]
+    if y is None and x is not None and others:
+        here = places[x]
+        y = max(others, key=lambda axis: (weights[axis], -abs(places[axis] - here)))
+        if x.is_text and not (y.is_text or is_asked):
+            x, y = y, x
+    return None if x is None or y is None or x is y else (x, y)
+
+
 def _is_limit(axis: Axis) -> bool:
     """Return True for an axis of a limit, along which no state and so no margin changes."""
     return limit_of(axis.key) is not None
 
 
-def is_table_of_loads(cube: Cube, chosen: Mapping[str, Rows]) -> bool:
-    """Return True if rows of a table, few enough to stand by name, differ under several loads."""
-    load = cube.axis(LOAD)
-    if load is None or not 1 < len(chosen[LOAD]) <= MOST_LOADS:
-        return False
-    axes = long_axes(cube, chosen)
-    return len(axes) == 1 and is_of_rows(axes[0]) and len(chosen[axes[0].column]) <= MOST_NAMES
+def group_equal(
+    arrays: Sequence[npt.NDArray[Any]], titles: Sequence[str]
+) -> list[tuple[int, list[str]]]:
+    """Group panels in which all arrays (panels, ...) are equal.
 
-
-def plan_table(cube: Cube, chosen: Mapping[str, Rows]) -> MapPlan:
-    """Lay out a table of cells: a row of a table of the study along y, a load along x."""
-    (rows,) = long_axes(cube, chosen)
-    load = next(axis for axis in cube.axes if axis.column == LOAD)
-    positions, notes = _thin_out(cube, chosen, {rows: MOST_NAMES, load: MOST_LOADS})
-    return MapPlan(load, rows, (), positions, notes, is_table=True)
-
-
-def plan_maps(cube: Cube, chosen: Mapping[str, Rows]) -> MapPlan:
-    """Lay the designs out over panels.
-
-    Args:
-        cube: The table of designs.
-        chosen: Positions to choose from, by the column of the axis; two axes or more are long.
+    Returns:
+        The first panel of each group, and the titles of all its panels.
     """
-    x, y = long_axes(cube, chosen)[:2]
-    others = [axis for axis in cube.axes if axis not in (x, y) and len(chosen[axis.column]) > 1]
-    others.sort(key=lambda axis: axis.column != LOAD)
-    lengths = [len(chosen[axis.column]) for axis in others]
-    fits = math.prod(lengths) <= MOST_PANELS
-    counts = lengths if fits else _panel_counts(lengths, PANELS_PER_PAGE)
-    most: dict[Axis | None, int] = {x: CELLS_PER_AXIS, y: CELLS_PER_AXIS}
-    most.update(zip(others, counts, strict=True))
-    positions, notes = _thin_out(cube, chosen, most)
-    titled = tuple(axis for axis in others if len(positions[axis.column]) > 1)
-    return MapPlan(x, y, titled, positions, notes)
+    groups: dict[bytes, tuple[int, list[str]]] = {}
+    for panel, title in enumerate(titles):
+        picture = b"".join(values[panel].tobytes() for values in arrays)
+        groups.setdefault(picture, (panel, []))[1].append(title)
+    return list(groups.values())
 
 
-def _panel_counts(lengths: list[int], most: int) -> list[int]:
-    """Select the number of values of each axis, so that their product is at most `most`.
+def joined_titles(groups: Sequence[tuple[int, list[str]]]) -> tuple[list[str], list[str]]:
+    """Return the titles of groups of equal panels, and sentences that name all panels of each.
 
-    The first axis is the load. If there are others, it gets at most four.
+    Of three or more panels the title names only the first.
     """
-    counts = [1] * len(lengths)
-    for place, length in enumerate(lengths):
-        bound = 4 if place == 0 and len(lengths) > 1 else length
-        counts[place] = max(1, min(length, most // math.prod(counts), bound))
-    return counts
+    titles = [
+        ", ".join(names) if len(names) < 3 else f"{names[0]} and {len(names) - 1} others"
+        for _, names in groups
+    ]
+    notes = [f"The same picture for {', '.join(names)}." for _, names in groups if len(names) > 1]
+    return titles, notes

@@ -1,129 +1,221 @@
-"""Pages of a slack map.
-
-The margin is in colour. Lines show where a tendon goes slack and where a limit is just kept, and an
-unstable elbow is hatched.
-"""
+"""Maps of the designs of a run: by how much they are taut or slack, which limits they break."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from tendon_cli import say
 from tendon_cli.cube import labels
-from tendon_cli.figures.backend import (
-    Axes,
-    Line2D,
-    Patch,
-    TickedStroke,
-    TwoSlopeNorm,
-    mpl,
-    withStroke,
+from tendon_cli.cube.columns import ColumnArray
+from tendon_cli.cube.cube import Cube
+from tendon_cli.cube.labels import ColumnLabel, as_read, reading, symbol
+from tendon_cli.cube.outcomes import (
+    EXTENSOR_SLACK,
+    FLEXOR_SLACK,
+    OF_OUTCOMES,
+    OUTCOMES,
+    is_flexor_slack,
+    outcomes,
 )
-from tendon_cli.figures.frame import Page, empty_panels, framed, grid_shape, lowest, settle
-from tendon_cli.figures.layout import PANELS_PER_PAGE
+from tendon_cli.cube.room import bounded_column, is_default, sign_of
+from tendon_cli.errors import UsageError
+from tendon_cli.figures.backend import TwoSlopeNorm, mpl
+from tendon_cli.figures.frame import Page, framed
+from tendon_cli.figures.layout import group_equal, joined_titles
 from tendon_cli.figures.limit_remarks import crosses_zero, limit_remarks
-from tendon_cli.figures.map_data import STIFFNESS, Floats, MapData
-from tendon_cli.figures.scales import Scale
-from tendon_cli.figures.style import (
-    DIVERGING,
-    INK,
-    LIMIT_COLOURS,
-    PAGE_HEIGHT,
-    broken,
-    hatch_key,
-    unknown_hatch,
-    wrapped,
+from tendon_cli.figures.scales import caption
+from tendon_cli.figures.slices import (
+    Area,
+    Border,
+    Colours,
+    PanelGrid,
+    Slice,
+    draw_slice,
+    grid_of,
+    pages_of_panels,
 )
+from tendon_cli.figures.style import BLUES, INK, LIMIT_COLOURS, MARGIN, MARGIN_FLEXOR
+from tendon_cli.model.kinematics import Rows
+from tendon_cli.quantities import QUANTITIES
+from tendon_cli.space.axis import Axis
+from tendon_cli.studies.figures import FigureSpec
 
-_BAR = 35.0
-"""Width of labels and colour bar, mm."""
-_NARROWEST = 42.0
-"""Least width of a panel with its labels, mm."""
-_ROW_HEIGHT = 8.0
-"""Height of a row of cells by name, mm."""
-_LOWEST_TABLE = 40.0
-"""Least height of a panel of cells by name, mm."""
-_MOST_WRITTEN = 160
-"""Largest number of cells by name with their margin written in them."""
-_MOST_WRITTEN_IN_ROW = 12
-"""Largest number of cells side by side with their margin written in them."""
-_BOUNDARY_WIDTH = 1.2
-_LIMIT_WIDTH = 0.8
-_HATCH = "xxxx"
-_HATCH_EDGE: dict[str, Any] = {"edgecolor": LIMIT_COLOURS[0], "linewidth": 0.0}
-# Contours run with the higher values on their left. The ticks are on the right, where a limit is
-# broken.
-_EFFECTS = [
-    TickedStroke(spacing=5.0, angle=-90.0, length=0.45, linewidth=0.6),
-    mpl.patheffects.Normal(),
-]
-_HALO = withStroke(linewidth=2.6, foreground="white")
+Floats = npt.NDArray[np.float64]
+
+OF_MARGIN = "margin"
+STIFFNESS = "min_elbow_stiffness"
+_UNSTABLE: dict[str, Any] = {
+    "facecolor": "none",
+    "hatch": "xxxx",
+    "edgecolor": LIMIT_COLOURS[0],
+}
+_FLEXOR: dict[str, Any] = {"facecolor": "none", "hatch": "...", "edgecolor": FLEXOR_SLACK.colour}
 
 
-def draw_maps(data: MapData, width: float, height: float | None) -> list[Page]:
-    """Draw the pages of a map.
+def draw_maps(
+    cube: Cube,
+    axes: tuple[Axis, Axis],
+    chosen: Mapping[str, Rows],
+    spec: FigureSpec,
+    width: float,
+    height: float | None,
+) -> list[Page]:
+    """Draw the pages of a map of designs.
+
+    Panels that would repeat a picture are one panel, and its title or a note names them all.
 
     Args:
-        data: The map.
+        cube: The table of designs.
+        axes: Axes across and up.
+        chosen: Positions to choose from, by the column of the axis.
+        spec: The figure as the user asks for it.
         width: Width of a page, mm.
         height: Height of a page, mm; None if the panels may have their usual height.
+
+    Raises:
+        UsageError: The table does not have what the map shows, or nothing of it.
     """
-    count = len(data.titles)
-    starts = range(0, count, PANELS_PER_PAGE)
+    name = _value_shown(cube, spec)
+    grid = grid_of(cube, axes, chosen, width, spec.units)
+    names = dict.fromkeys((name, *OF_OUTCOMES, *cube.defining, *cube.columns_of_names))
+    read = cube.gather(grid.rows, [column for column in names if column in cube.columns])
+    if not np.isfinite(read[name]).any():
+        if name == OF_MARGIN:
+            raise UsageError("no design has a margin, each has elbow angles without equilibrium")
+        raise UsageError(f"no row of the table has a value of {name}")
+    # The limit on stiffness comes first, as in the key.
+    limits = dict.fromkeys((STIFFNESS, *cube.limits))
+    rooms = {limit: cube.room(limit, grid.rows) for limit in limits}
+    whole = _slice(cube, spec, grid, name, read, rooms)
+    groups = group_equal([whole.values, *rooms.values()], grid.titles)
+    firsts = [first for first, _ in groups]
+    part = whole.at(firsts)
+    rooms = {limit: room[firsts] for limit, room in rooms.items()}
+    titles, repeated = joined_titles(groups)
+    lines, fixed = caption(cube, spec, read, varied=[axis.column for axis in axes])
+    if titles == [""]:
+        titles = [next((text for text in fixed if text.endswith(" load")), "")]
+    part = replace(part, titles=tuple(titles))
+    meaning = [meaning_of_margin(cube, has_lines=part.has_lines)] if name == OF_MARGIN else []
+    notes = [*_both_notes(part), *meaning, *lines, *grid.notes, *repeated]
     pages = []
-    for number, start in enumerate(starts, 1):
-        panels = range(start, min(count, start + PANELS_PER_PAGE))
-        title = data.title
-        if len(starts) > 1:
-            title = f"{title} (page {number} of {len(starts)})"
-        pages.append(_page(data, panels, title, width, height))
+    places = pages_of_panels(part, width)
+    start = 0
+    for number, (of_page, shape) in enumerate(places, 1):
+        stop = start + len(of_page.titles)
+        title = spec.title or cube.title
+        if len(places) > 1:
+            title = f"{title} (page {number} of {len(places)})"
+        seen = {limit: room[start:stop] for limit, room in rooms.items()}
+        remarks = _remarks(cube, spec, of_page, seen, name)
+        page = framed(
+            title,
+            shape.total,
+            of_page.key(),
+            [*remarks, *notes],
+            width=width,
+            height=height,
+            study=cube.source,
+        )
+        draw_slice(page, of_page, shape)
+        pages.append(page)
+        start = stop
     return pages
 
 
-def _page(data: MapData, panels: range, title: str, width: float, height: float | None) -> Page:
-    """Draw some of the panels on a page with a colour bar."""
-    most_columns = max(1, int(width / _NARROWEST))
-    rows, columns = grid_shape(len(panels), data.in_row, most=most_columns)
-    share = 0.8 if len(panels) == 1 and height is None else 1.0
-    panel_width = (width - _BAR) / columns * share
-    usual_panel = min(0.8 * panel_width + 6.0, 80.0)
-    if _has_cells(data):
-        usual_panel = max(_LOWEST_TABLE, _ROW_HEIGHT * len(data.y.names) + 6.0)
-    usual = min(PAGE_HEIGHT, rows * usual_panel + 8.0)
-    seen = slice(panels.start, panels.stop)
-    key = _key(data, seen)
-    notes = (*_remarks(data.margins[seen]), *_limit_remarks(data, panels), *data.notes)
-    page = framed(title, usual, key, notes, width=width, height=height, study=data.study)
-    limit, levels, extend = colour_scale(data.margins)
-    colour = mpl.cm.ScalarMappable(TwoSlopeNorm(0.0, -limit, limit), DIVERGING)
-    grid = empty_panels(page, rows, columns, len(panels), sharex=True, sharey=True)
-    ticks = max(2, min(6, int(panel_width / 9.0)))
-    title_width = int(panel_width / 1.9)
-    for axes, panel in zip(grid.flat, panels, strict=False):
-        _draw_panel(axes, data, panel, colour, ticks)
-        # With y given, matplotlib does not search for the title's place.
-        axes.set_title(wrapped(data.titles[panel], title_width), y=1.0)
-    # Narrow panels have one label for all of them, in the middle: side by side they would run into
-    # each other.
-    if columns > 2 and rows * columns == len(panels):
-        place = 0.5 if columns % 2 else 1.07
-        grid[-1, (columns - 1) // 2].set_xlabel(data.x.label, x=place)
-    else:
-        for axes in lowest(grid, len(panels)):
-            axes.set_xlabel(broken(data.x.label, title_width))
-    for axes in grid[:, 0]:
-        axes.set_ylabel(broken(data.y.label, int(0.7 * page.inner / rows / 1.5)))
-    bar_axes = page.figure.add_axes((0.85, 0.2, 0.03, 0.6), label="<colorbar>")
-    scale: dict[str, Any] = {"extend": extend, "spacing": "proportional", "ticks": levels}
-    bar = page.figure.colorbar(colour, cax=bar_axes, **scale)
-    bar.set_label(f"{data.margin.label}\n←  slack             taut  →", linespacing=1.4)
-    bar_axes.axhline(0.0, color=INK, linewidth=1.2)
-    bar.outline.set_linewidth(0.5)
-    settle(page, grid, bar_axes, must_fit=height is not None)
-    return page
+def _value_shown(cube: Cube, spec: FigureSpec) -> str:
+    """Return the column of the map's values: one asked for that is no axis, or else the margin."""
+    columns = {axis.column for axis in cube.axes}
+    names = [cube.table_columns.find_numbers(name, "--quantity") for name in spec.quantity]
+    asked = [name for name in names if name not in columns]
+    if len(asked) > 1:
+        hint = f"leave out {asked[1]}, or draw it in a figure of its own"
+        raise UsageError("a map shows one quantity", where="--quantity", hint=hint)
+    if not asked and OF_MARGIN not in cube.columns:
+        raise UsageError("the table has no column of margins, which a map shows")
+    return asked[0] if asked else OF_MARGIN
+
+
+def _slice(
+    cube: Cube,
+    spec: FigureSpec,
+    grid: PanelGrid,
+    name: str,
+    read: Mapping[str, ColumnArray],
+    rooms: Mapping[str, Floats],
+) -> Slice:
+    """Return what is drawn: values, where the flexor is slack, limits, a letter in each cell."""
+    shown = margin_shown(cube, spec) if name == OF_MARGIN else cube.shown(name, spec.units)
+    values = shown.scaled(read[name])
+    is_margin = name == OF_MARGIN
+    has_outcomes = set(OF_OUTCOMES) <= set(read)
+    others = None
+    areas: list[Area] = []
+    if is_margin and has_outcomes:
+        others = (values < 0.0) & is_flexor_slack(read)
+        areas.append(Area("flexor slack", FLEXOR_SLACK.label, _FLEXOR, others))
+    least = _bound_text(cube, spec, STIFFNESS)
+    unstable = f"unstable: elbow stiffness below {least} at some angle"
+    areas.append(Area("unstable", unstable, _UNSTABLE, rooms[STIFFNESS] < 0.0, rooms[STIFFNESS]))
+    has_lines = not (grid.x.names or grid.y.names)
+    borders = []
+    for place, (limit, room) in enumerate(rooms.items()):
+        text = limit_text(cube, spec, limit)
+        label = text if has_lines else f"inside breaks {text}"
+        if limit != STIFFNESS or has_lines:
+            borders.append(Border(limit, label, room, _limit_colour(place)))
+    if is_margin and has_lines:
+        label = "margin = 0, ticks on the slack side"
+        borders.append(Border("boundary", label, values, INK, 1.2))
+    texts: tuple[npt.NDArray[Any], ...] = ()
+    if has_outcomes and not has_lines:
+        texts = _texts(values, outcomes(read))
+    return Slice(
+        grid.x,
+        grid.y,
+        grid.titles,
+        grid.in_row,
+        values,
+        _colours(shown, values, is_margin=is_margin),
+        others,
+        tuple(areas),
+        tuple(borders),
+        texts,
+        unknown="no equilibrium at some elbow angle" if is_margin else "no value",
+    )
+
+
+def _texts(values: Floats, codes: npt.NDArray[np.int64]) -> tuple[npt.NDArray[Any], ...]:
+    """Return the letter of each cell with its value below, beside, and the letter alone."""
+    letters = np.array([outcome.letter for outcome in OUTCOMES], dtype=object)[codes]
+    numbers = [
+        labels.number(float(f"{value:.3g}")) if np.isfinite(value) else ""
+        for value in values.ravel()
+    ]
+    pairs = list(zip(letters.ravel(), numbers, strict=True))
+    beside = [f"{letter} {number}".strip() for letter, number in pairs]
+    below = [f"{letter}\n{number}".strip() for letter, number in pairs]
+    texts = (np.array(forms, dtype=object).reshape(values.shape) for forms in (beside, below))
+    return (*texts, letters)
+
+
+def _colours(shown: ColumnLabel, values: Floats, *, is_margin: bool) -> Colours:
+    """Return one scale of colours for all panels, whose ends are round."""
+    finite = values[np.isfinite(values)]
+    low = float(finite.min())
+    high = float(finite.max())
+    if not is_margin:
+        return Colours(
+            BLUES, mpl.colors.Normalize(low, high if high > low else low + 1.0), shown.label
+        )
+    limit, levels, extend = colour_scale(values)
+    label = f"{shown.label}\n←  slack             taut  →"
+    norm = TwoSlopeNorm(0.0, -limit, limit)
+    return Colours(MARGIN, norm, label, levels, extend, MARGIN_FLEXOR)
 
 
 def colour_scale(margins: Floats) -> tuple[float, list[float], str]:
@@ -153,63 +245,6 @@ def colour_scale(margins: Floats) -> tuple[float, list[float], str]:
     return levels[-1], levels, extend[least < levels[0], most > levels[-1]]
 
 
-def _draw_panel(axes: Axes, data: MapData, panel: int, colour: Any, ticks: int) -> None:
-    """Draw the margins and limits of one panel, with at most so many ticks on x."""
-    x = data.x
-    y = data.y
-    margin = np.ma.masked_invalid(data.margins[panel])
-    if margin.mask.any():
-        axes.patch.set(**unknown_hatch())
-    style: dict[str, Any] = {"cmap": colour.cmap, "norm": colour.norm, "rasterized": True}
-    axes.pcolormesh(x.edges, y.edges, margin, gid="margin", **style)
-    if _has_cells(data):
-        _mark_cells(axes, data, panel)
-        x.apply(axes, "x", ticks=ticks, cells=True)
-        y.apply(axes, "y", cells=True)
-        axes.invert_yaxis()  # the first row of a table is its top one
-        return
-    for place, (limit, rooms) in enumerate(data.rooms.items()):
-        if limit == STIFFNESS:
-            _hatch_negative(axes, x, y, rooms[panel])
-        line_colour = _limit_colour(place)
-        _draw_limit(axes, x, y, rooms[panel], gid=limit, width=_LIMIT_WIDTH, colour=line_colour)
-    margins = data.margins[panel]
-    _draw_limit(axes, x, y, margins, gid="boundary", width=_BOUNDARY_WIDTH, colour=INK)
-    x.apply(axes, "x", ticks=ticks, cells=True)
-    y.apply(axes, "y", cells=True)
-
-
-def _has_cells(data: MapData) -> bool:
-    """Return True if both axes are of names, so that each cell stands for itself."""
-    return bool(data.x.names and data.y.names)
-
-
-def _mark_cells(axes: Axes, data: MapData, panel: int) -> None:
-    """Mark each cell of a panel: its margin, a hatch if it is unstable, broken limits as squares.
-
-    Nothing is drawn between cells, because nothing was computed there.
-    """
-    if STIFFNESS in data.rooms:
-        _hatch_negative(axes, data.x, data.y, data.rooms[STIFFNESS][panel])
-    margins = data.margins[panel]
-    if margins.size <= _MOST_WRITTEN and len(data.x.names) <= _MOST_WRITTEN_IN_ROW:
-        style: dict[str, Any] = {"ha": "center", "va": "center", "size": 6.5, "gid": "value"}
-        for row, column in np.argwhere(np.isfinite(margins)):
-            words = labels.number(float(f"{margins[row, column]:.3g}"))
-            axes.text(column, row, words, path_effects=[_HALO], zorder=4, **style)
-    limits = [name for name in data.limits if name != STIFFNESS]
-    for place, limit in enumerate(limits):
-        rows, columns = np.nonzero(data.rooms[limit][panel] < 0.0)
-        across = columns - 0.38 + 0.1 * place
-        axes.plot(across, rows, gid=limit, **_broken_style(list(data.limits).index(limit)))
-
-
-def _broken_style(place: int) -> dict[str, Any]:
-    """Return the style of the square that marks a broken limit, by the limit's place."""
-    style: dict[str, Any] = {"marker": "s", "linestyle": "none", "markersize": 4.0, "zorder": 5}
-    return {**style, "color": _limit_colour(place), "markeredgecolor": "white"}
-
-
 def _limit_colour(place: int) -> str:
     """Return the colour of a limit by its place among the limits; the first is on stiffness."""
     if place == 0:
@@ -217,203 +252,83 @@ def _limit_colour(place: int) -> str:
     return LIMIT_COLOURS[1 + (place - 1) % (len(LIMIT_COLOURS) - 1)]
 
 
-def _draw_limit(
-    axes: Axes, x: Scale, y: Scale, room: Floats, *, gid: str, width: float, colour: str
-) -> None:
-    """Draw the line where a limit is just kept, with ticks on the side where it is broken.
-
-    If an axis is of names, there is a stroke across each name instead.
-
-    Args:
-        axes: The panel.
-        x: Scale of x.
-        y: Scale of y.
-        room: Distance to the limit (y, x), in the order of the scales.
-        gid: Name of the line in the file.
-        width: Width of the line, pt.
-        colour: Colour of the line.
-    """
-    effects = [_HALO, *_EFFECTS]
-    if x.names or y.names:
-        style: dict[str, Any] = {"solid_capstyle": "butt", "color": colour, "linewidth": width}
-        for stroke_x, stroke_y in _strokes(x, y, room):
-            axes.plot(stroke_x, stroke_y, path_effects=effects, gid=gid, **style)
-    elif _has_line(x, y, room):
-        places = _extend_to_edges(x, y, room)
-        lines = axes.contour(*places, levels=[0.0], colors=colour, linewidths=width)
-        lines.set(path_effects=effects, gid=gid)
-
-
-def _has_line(x: Scale, y: Scale, room: Floats) -> bool:
-    """Return True if a line shows in a panel (y, x) where a limit is just kept.
-
-    If all designs of a panel keep the limit or all break it, there is none, although in a straight
-    line beyond the outermost designs there might be one.
-    """
-    if x.names or y.names:
-        return bool(_strokes(x, y, room))
-    if min(room.shape) == 1 or not crosses_zero(room):
-        return False
-    # Without the value of one corner a contour is drawn in the triangle of the other three.
-    _, _, values = _extend_to_edges(x, y, room)
-    values = values.filled(np.nan)
-    corners = np.stack([values[:-1, :-1], values[:-1, 1:], values[1:, :-1], values[1:, 1:]])
-    is_drawn = np.isfinite(corners).sum(axis=0) >= 3
-    is_above = (corners > 0.0).any(axis=0)
-    is_below = (corners <= 0.0).any(axis=0)
-    return bool((is_drawn & is_above & is_below).any())
-
-
-def _zero_crossings(places: Floats, values: Floats) -> list[tuple[float, bool]]:
-    """Return the places where values cross zero, and whether they rise there.
-
-    Values are interpolated linearly between places.
-    """
-    low = values[:-1]
-    high = values[1:]
-    is_known = np.isfinite(low) & np.isfinite(high)
-    before = np.flatnonzero(is_known & ((low < 0.0) != (high < 0.0)))
-    step = places[before + 1] - places[before]
-    zeros = places[before] + low[before] / (low[before] - high[before]) * step
-    rises = high[before] > low[before]
-    return list(zip(zeros.tolist(), rises.tolist(), strict=True))
-
-
-def _hatch_negative(axes: Axes, x: Scale, y: Scale, room: Floats) -> None:
-    """Hatch where `room` is negative, up to the line where it is zero.
-
-    If there is no such line, because an axis is of names or has one value or because no design has
-    room, whole cells are hatched. Cells of NaN (no equilibrium) are not.
-    """
-    is_negative = room < 0.0
-    if not is_negative.any():
-        return
-    if x.names or y.names or not _has_line(x, y, room):
-        cells = np.ma.masked_where(~is_negative, room)
-        style: dict[str, Any] = {"facecolor": "none", "hatch": _HATCH, **_HATCH_EDGE}
-        axes.pcolor(x.edges, y.edges, cells, gid="unstable", **style)
-        return
-    places = _extend_to_edges(x, y, room)
-    area = axes.contourf(*places, levels=[-np.inf, 0.0], colors="none", hatches=[_HATCH])
-    area.set(gid="unstable", **_HATCH_EDGE)
-
-
-def _strokes(x: Scale, y: Scale, room: Floats) -> list[tuple[Sequence[float], Sequence[float]]]:
-    """Return x and y of a stroke across each name where `room` changes its sign.
-
-    One of the axes is of names. A stroke is drawn so that the higher side is on its left, as that
-    of a contour is.
-    """
-    strokes: list[tuple[Sequence[float], Sequence[float]]] = []
-    if x.names:
-        for place, line in enumerate(room.T):
-            for zero, rises in _zero_crossings(y.places, line):
-                across = (place - 0.5, place + 0.5)
-                strokes.append((across if rises else across[::-1], [zero, zero]))
-    else:
-        for place, line in enumerate(room):
-            for zero, rises in _zero_crossings(x.places, line):
-                across = (place - 0.5, place + 0.5)
-                strokes.append(([zero, zero], across[::-1] if rises else across))
-    return strokes
-
-
-def _extend_to_edges(x: Scale, y: Scale, values: Floats) -> tuple[Floats, Floats, Any]:
-    """Return places and values, extended in a straight line to the outer edges of the cells."""
-    x_places = np.concatenate((x.edges[:1], x.places, x.edges[-1:]))
-    y_places = np.concatenate((y.edges[:1], y.places, y.edges[-1:]))
-    for axis in (0, 1):
-        first, second, last, next_to_last = (np.take(values, [at], axis) for at in (0, 1, -1, -2))
-        start = 1.5 * first - 0.5 * second
-        end = 1.5 * last - 0.5 * next_to_last
-        values = np.concatenate((start, values, end), axis)
-    return x_places, y_places, np.ma.masked_invalid(values)
-
-
-def _remarks(margins: Floats) -> list[str]:
-    """Return a sentence if no line separates slack from taut designs, because all are alike."""
-    known = margins[np.isfinite(margins)]
-    if not len(known) or known.min() < 0.0 <= known.max():
+def _both_notes(part: Slice) -> list[str]:
+    """Say what the two colours of slack mean, if there are two."""
+    if part.others is None or not part.others.any():
         return []
-    return ["No design goes slack." if known.min() >= 0.0 else "Every design goes slack."]
+    where = f"orange where the extensor goes slack ({EXTENSOR_SLACK.letter})"
+    dotted = f"red and dotted where the flexor alone does ({FLEXOR_SLACK.letter})"
+    return [f"Below zero: {where}, {dotted}."]
 
 
-def _limit_remarks(data: MapData, panels: range) -> list[str]:
-    """Say which limits no line on a page shows, because they leave nothing or bind nowhere.
+def _remarks(
+    cube: Cube, spec: FigureSpec, part: Slice, rooms: Mapping[str, Floats], name: str
+) -> list[str]:
+    """Say of a page whether all is taut or slack, what letters mean, and which limits show no line.
 
-    In cells by name, all that is left to say is which limits every design keeps.
+    Nobody need be told that designs keep a limit that the study does not state.
     """
-    if _has_cells(data):
-        seen = slice(panels.start, panels.stop)
-        kept = [
-            text
-            for name, text in data.limits.items()
-            if name not in data.defaults and (data.rooms[name][seen] >= 0.0).all()
-        ]
-        return [f"Every design keeps {say.join_words(kept)}."] if kept else []
-    pieces: dict[str, list[Floats]] = {name: [] for name in data.limits}
-    places: list[str] = []
-    for panel in panels:
-        names = data.x.names or data.y.names or ("",)
-        title = data.titles[panel] if len(data.titles) > 1 else ""
-        places += [", ".join(text for text in (title, name) if text) for name in names]
-        for limit, rooms in data.rooms.items():
-            pieces[limit] += _pieces(data.x, data.y, rooms[panel])
+    remarks = []
+    known = part.values[np.isfinite(part.values)]
+    if name == OF_MARGIN and len(known) and not known.min() < 0.0 <= known.max():
+        all_ = "No design goes slack." if known.min() >= 0.0 else "Every design goes slack."
+        remarks.append(all_)
+    if part.texts:
+        drawn = {str(text) for text in part.texts[-1].ravel()}
+        meanings = [f"{one.letter} {one.label}" for one in OUTCOMES if one.letter in drawn]
+        remarks.append(f"Letters: {', '.join(meanings)}.")
+    titles = part.titles if len(part.titles) > 1 else ("",)
     limits = {}
-    for name, text in data.limits.items():
-        is_broken = any((room < 0.0).any() for room in pieces[name])
-        is_hatched = name == STIFFNESS and crosses_zero(
-            data.rooms[name][panels.start : panels.stop]
+    for limit, room in rooms.items():
+        is_hatched = limit == STIFFNESS and crosses_zero(room)
+        is_stated = not is_default(limit, cube.limits[limit])
+        if not is_hatched and (is_stated or bool((room < 0.0).any())):
+            limits[limit] = limit_text(cube, spec, limit)
+    pieces = {limit: list(rooms[limit]) for limit in limits}
+    return [*remarks, *limit_remarks(limits, pieces, titles)]
+
+
+def limit_text(cube: Cube, spec: FigureSpec, name: str) -> str:
+    """Return a limit as an inequality: "max tension ≤ 300 N", or "max tension ≤ its limit"."""
+    name_shown = cube.shown(bounded_column(name), spec.units).name
+    return f"{name_shown} {sign_of(name)} {_bound_text(cube, spec, name)}"
+
+
+def _bound_text(cube: Cube, spec: FigureSpec, name: str) -> str:
+    """Return the bound of a limit with its unit; "its limit" if it differs between designs."""
+    bound = cube.limits[name]
+    if bound is None:
+        return "its limit"
+    return cube.shown(bounded_column(name), spec.units).text(bound)
+
+
+def margin_shown(cube: Cube, spec: FigureSpec) -> ColumnLabel:
+    """Return the label and unit by which the margin is shown.
+
+    If the pretensions of the two sides differ, it is the least margin that both have.
+    """
+    margin = cube.shown(OF_MARGIN, spec.units)
+    if not _has_two_pretensions(cube):
+        return margin
+    name = "common margin of both pretensions"
+    return replace(margin, quantity=replace(margin.quantity, name=name, symbol="margin"))
+
+
+def meaning_of_margin(cube: Cube, *, has_lines: bool = True) -> str:
+    """Return sentences that say what the margin is, and what lines between designs are, if any."""
+    if _has_two_pretensions(cube):
+        return (
+            "Margin: by how much both pretensions can be lowered together, "
+            "or if negative must be raised, for no slack."
         )
-        if not is_hatched and (is_broken or name not in data.defaults):
-            limits[name] = text
-    return limit_remarks(limits, pieces, places)
+    least = symbol(as_read(QUANTITIES["required_pretension"], cube.document).symbol)
+    return (
+        f"Margin: how far the {reading(cube.document)} is above {least}, "
+        "the smallest that leaves no slack at any elbow angle of the study. "
+        f"It is exact for each design{'; lines are drawn from design to design' * has_lines}."
+    )
 
 
-def _pieces(x: Scale, y: Scale, room: Floats) -> list[Floats]:
-    """Return the pieces of a panel (y, x) that have lines of their own: each name has some."""
-    if x.names:
-        return [*room.T]
-    if y.names:
-        return [*room]
-    return [room]
-
-
-def _key(data: MapData, seen: slice) -> list[Any]:
-    """Return the key to the lines and hatches in the panels seen."""
-    key: list[Any] = []
-    if _has_cells(data):
-        return _key_of_cells(data, seen)
-    if any(_has_line(data.x, data.y, margins) for margins in data.margins[seen]):
-        label = "margin = 0, ticks on the slack side"
-        key.append(_key_line(label, _BOUNDARY_WIDTH, INK))
-    for place, (limit, label) in enumerate(data.limits.items()):
-        rooms = data.rooms[limit][seen]
-        if limit == STIFFNESS and (rooms < 0.0).any():
-            key.append(Patch(facecolor="none", label=data.unstable, hatch=_HATCH, **_HATCH_EDGE))
-        if any(_has_line(data.x, data.y, room) for room in rooms):
-            key.append(_key_line(label, _LIMIT_WIDTH, _limit_colour(place)))
-    if not np.isfinite(data.margins[seen]).all():
-        key.append(hatch_key("no equilibrium at some elbow angle"))
-    return key
-
-
-def _key_of_cells(data: MapData, seen: slice) -> list[Any]:
-    """Return the key to the hatches and squares in the cells of the panels seen."""
-    key: list[Any] = []
-    for place, (limit, label) in enumerate(data.limits.items()):
-        if not (data.rooms[limit][seen] < 0.0).any():
-            continue
-        if limit == STIFFNESS:
-            key.append(Patch(facecolor="none", label=data.unstable, hatch=_HATCH, **_HATCH_EDGE))
-        else:
-            key.append(Line2D([], [], label=f"breaks {label}", **_broken_style(place)))
-    if not np.isfinite(data.margins[seen]).all():
-        key.append(hatch_key("no equilibrium at some elbow angle"))
-    return key
-
-
-def _key_line(label: str, width: float, colour: str) -> Line2D:
-    """Return the line of a limit for the key; `width` is in pt."""
-    style: dict[str, Any] = {"color": colour, "linewidth": width, "path_effects": _EFFECTS}
-    return Line2D([], [], label=label, **style)
+def _has_two_pretensions(cube: Cube) -> bool:
+    """Return True if flexor and extensor have a pretension each."""
+    return len(cube.with_sides("pretension")) > 1

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Any, Literal
 
@@ -17,6 +18,7 @@ from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel, as_read, drawn_name, number, plain
 from tendon_cli.figures.backend import Axes, ticker
+from tendon_cli.figures.frame import text_width
 from tendon_cli.model.kinematics import Rows
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import Axis
@@ -24,19 +26,24 @@ from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import StudyNumber
 
-_FEW = 6
-"""Fewer values than this have a tick each."""
-_MOST_NAMES = 12
-"""Largest number of names that are all written upright along an axis."""
-_MOST_TURNED = 40
-"""Largest number of names that are all written along an axis; of more, some are left out."""
-_SMALL = 6.5
-"""Size of names that are many, pt."""
+_LONGEST_NAME = 40
+"""Most characters of the name of a cell."""
+_MOST_NAMES = 40
+"""Largest number of names of rows that are all written along an axis."""
+_NAME_SIZE = 7.0
+_NAME_GAP = 1.2
+"""Space between names side by side, mm."""
+_NAME_HEIGHT = 3.0
+"""Height of the name of a cell, mm."""
 
 
 @dataclass(frozen=True)
 class Scale:
-    """The values of an axis in the unit shown, ascending; names have the places 0, 1, 2, ..."""
+    """The values of an axis in the unit shown, ascending.
+
+    Listed values and names have the places 0, 1, 2, ..., and cells of one size: there is nothing
+    between them.
+    """
 
     label: str
     places: npt.NDArray[np.float64]
@@ -53,7 +60,7 @@ class Scale:
             first_step = places[1] - places[0]
             last_step = places[-1] - places[-2]
         else:
-            first_step = max(abs(places[0]), 1.0) * 0.1
+            first_step = 1.0 if self.names else max(abs(places[0]), 1.0) * 0.1
             last_step = first_step
         middles = (places[:-1] + places[1:]) / 2.0
         first = places[0] - first_step / 2.0
@@ -61,70 +68,67 @@ class Scale:
         edges = np.concatenate(([first], middles, [last]))
         return np.exp(edges) if self.is_log else edges
 
-    def by_value(self) -> Scale:
-        """Return a scale on which each value stands by name, in cells of one size."""
-        names = tuple(map(number, self.places.tolist()))
-        return Scale(self.label, np.arange(len(names), dtype=np.float64), self.order, names=names)
-
-    def limits(self, *, cells: bool = False) -> tuple[float, float]:
-        """Return the limits of the axis, from the first value to the last.
-
-        With `cells`, and for names or a single value, the first and the last cell are whole.
-        """
-        has_cells = cells or bool(self.names) or len(self.places) == 1
-        ends = self.edges if has_cells else self.places
-        return float(ends[0]), float(ends[-1])
+    def reversed(self) -> Scale:
+        """Return a scale of names in the opposite order."""
+        return replace(self, order=self.order[::-1], names=self.names[::-1])
 
     def apply(
-        self, axes: Axes, which: Literal["x", "y"], *, ticks: int = 6, cells: bool = False
+        self, axes: Axes, which: Literal["x", "y"], room: float = 60.0, *, cells: bool = False
     ) -> None:
         """Set scale, limits and ticks of an axis of a panel.
 
         Args:
             axes: The panel.
             which: The axis.
-            ticks: Largest number of ticks.
+            room: About the length of the axis, mm, by which names are turned and cut.
             cells: True if the panel is drawn in cells, which are to be whole.
         """
-        set_scale = axes.set_xscale if which == "x" else axes.set_yscale
-        set_limits = axes.set_xlim if which == "x" else axes.set_ylim
+        axis = axes.xaxis if which == "x" else axes.yaxis
         if self.is_log:
+            set_scale = axes.set_xscale if which == "x" else axes.set_yscale
             set_scale("log")
-        self._set_ticks(axes.xaxis if which == "x" else axes.yaxis, which, ticks)
-        low, high = self.limits(cells=cells)
-        if low < high:  # in a table that tendon wrote, always
-            set_limits(low, high)
+        self._set_ticks(axis, which, room)
+        has_cells = cells or bool(self.names) or len(self.places) == 1
+        ends = self.edges if has_cells else self.places
+        if ends[0] < ends[-1]:  # in a table that tendon wrote, always
+            set_limits = axes.set_xlim if which == "x" else axes.set_ylim
+            set_limits(float(ends[0]), float(ends[-1]))
 
-    def _set_ticks(self, axis: Any, which: str, ticks: int) -> None:
-        """Set at most so many ticks, and their labels."""
+    def _set_ticks(self, axis: Any, which: str, room: float) -> None:
         if self.names:
-            are_many = _MOST_NAMES < len(self.names) <= _MOST_TURNED
-            every = 1 if are_many else math.ceil(len(self.names) / _MOST_NAMES)
-            width = 16 if which == "y" or are_many else 13
-            lines = 1 if are_many else 2
-            texts = short_names(self.names, width, lines)
-            axis.set_major_locator(ticker.FixedLocator(list(self.places[::every])))
-            axis.set_major_formatter(ticker.FixedFormatter(texts[::every]))
-            if are_many:
-                turned = {"labelrotation": 90} if which == "x" else {}
-                axis.set_tick_params(labelsize=_SMALL, **turned)
-            return
-        axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: number(value)))
-        if len(self.places) < _FEW:
-            axis.set_major_locator(ticker.FixedLocator(list(self.places)))
-            axis.set_minor_locator(ticker.NullLocator())
+            self._name_ticks(axis, which, room)
         elif self.is_log:
             decades = math.log10(self.places[-1] / self.places[0])
-            steps = (1.0, 2.0, 5.0) if decades < 3.5 else (1.0,)
+            steps = (1.0, 2.0, 5.0) if decades < 1.2 * room / 20.0 else (1.0,)
             axis.set_major_locator(ticker.LogLocator(subs=steps, numticks=12))
+            axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: number(value)))
             axis.set_minor_formatter(ticker.NullFormatter())
         else:
-            axis.set_major_locator(ticker.MaxNLocator(ticks, steps=_steps(self.label)))
-            axis.set_major_formatter(plain_numbers())
+            axis.set_major_locator(ticker.MaxNLocator("auto", steps=_steps(self.label)))
+
+    def _name_ticks(self, axis: Any, which: str, room: float) -> None:
+        """Name the cells: upright if they have no room side by side, some of very many."""
+        texts = short_names(self.names, _LONGEST_NAME)
+        widest = max(text_width(text, _NAME_SIZE) for text in texts)
+        along = widest + _NAME_GAP if which == "x" else _NAME_HEIGHT
+        if which == "x" and along * len(texts) > room:
+            axis.set_tick_params(labelrotation=90)
+            along = _NAME_HEIGHT
+        every = max(1, math.ceil(along * len(texts) / max(room, along)))
+        if not self.are_numbers:  # a number that is left out is read from its neighbours
+            every = 1 if len(texts) <= _MOST_NAMES else every
+        axis.set_major_locator(ticker.FixedLocator(list(self.places[::every])))
+        axis.set_major_formatter(ticker.FixedFormatter(texts[::every]))
+        axis.set_tick_params(labelsize=_NAME_SIZE)
+
+    @cached_property
+    def are_numbers(self) -> bool:
+        """True for names that are listed numbers."""
+        return all(re.fullmatch(r"[−\d.,e]+", name) for name in self.names)
 
 
 def axis_scale(
-    cube: Cube, axis: Axis, at: Rows | slice, units: Mapping[str, str], *, is_log: bool = True
+    cube: Cube, axis: Axis, at: Rows | slice, units: Mapping[str, str], *, has_cells: bool = False
 ) -> Scale:
     """Return the scale of some values of an axis.
 
@@ -133,7 +137,7 @@ def axis_scale(
         axis: The axis.
         at: Positions of the values.
         units: Units to show, by dimension.
-        is_log: False if the scale must be linear; otherwise it is logarithmic if the axis is.
+        has_cells: True if listed values stand in cells; they have their places otherwise.
     """
     values = axis.values[at]
     if axis.is_text:
@@ -144,42 +148,34 @@ def axis_scale(
     if not np.isfinite(values).all():  # a rigid spring is off every scale
         names = [shown.text(float(value)) for value in values[order]]
         return _scale_of_names(shown.titled, names, order)
-    can_be_log = is_log and axis.is_log and bool(np.all(values > 0.0))
-    return Scale(shown.label, shown.scaled(values)[order], order, can_be_log)
+    places = shown.scaled(values)[order]
+    if has_cells and not axis.is_range:
+        return _scale_of_names(shown.label, list(map(number, places.tolist())), order)
+    return Scale(shown.label, places, order, axis.is_log and bool(np.all(values > 0.0)))
 
 
 def _scale_of_names(label: str, names: Sequence[str], order: npt.NDArray[np.intp]) -> Scale:
-    """Return a scale on which names have the places 0, 1, 2, ..."""
     return Scale(label, np.arange(len(names), dtype=np.float64), order, names=tuple(names))
 
 
-def short_names(names: Sequence[str], width: int, lines: int = 1) -> list[str]:
-    """Return names cut to so many characters in each of a few lines, ready to be drawn.
+def short_names(names: Sequence[str], width: int) -> list[str]:
+    """Return names cut to so many characters, ready to be drawn.
 
     Names that would look alike without their ends, such as "spring 2024 lot 1", are cut in the
     middle.
     """
-    texts = [plain(name, width=width, lines=lines) for name in names]
+    texts = [plain(name, width=width, lines=1) for name in names]
     alike = {text for text, count in Counter(texts).items() if count > 1}
+    head = width // 2
     return [
-        _cut_in_middle(name, width, lines) if text in alike else text
+        f"{plain(name[: head - 1])}…{plain(name[head - width :])}" if text in alike else text
         for name, text in zip(names, texts, strict=True)
     ]
 
 
-def _cut_in_middle(name: str, width: int, lines: int) -> str:
-    """Return the beginning and the end of a name, in one line or two."""
-    if lines > 1:
-        return f"{plain(name[: width - 2])} …\n{plain(name[-width:])}"
-    head = width // 2
-    return f"{plain(name[: head - 1])}…{plain(name[head - width :])}"
-
-
 def plain_numbers() -> Any:
     """Return a formatter that writes all ticks with equally many decimals, without an offset."""
-    formatter = ticker.ScalarFormatter(useOffset=False)
-    formatter.set_powerlimits((-4, 7))
-    return formatter
+    return ticker.ScalarFormatter(useOffset=False)
 
 
 def _steps(label: str) -> list[float]:
@@ -304,7 +300,5 @@ def value_texts(cube: Cube, axis: Axis, at: Rows, units: Mapping[str, str]) -> l
     """Return the values at some positions of an axis, as a title or a key names them."""
     values = axis.values[at]
     if axis.is_text:
-        # A legend leaves out what starts with an underscore.
-        texts = [drawn_name(axis, str(value), units) for value in values]
-        return [f" {text}" if text.startswith("_") else text for text in texts]
+        return [drawn_name(axis, str(value), units) for value in values]
     return [cube.shown(axis.column, units).equation(float(value)) for value in values]

@@ -24,6 +24,7 @@ from tendon_cli.answer_record import (
 )
 from tendon_cli.cube.choice_grid import pretension_name
 from tendon_cli.cube.labels import plain, with_symbols
+from tendon_cli.figures.answer_page import gauge_text
 from tendon_cli.figures.backend import Axes, Line2D, Patch
 from tendon_cli.figures.frame import Page, framed, source_of
 from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO, house_style
@@ -41,6 +42,7 @@ _SERVED = OKABE_ITO[0]
 _LEFT_OUT = OKABE_ITO[1]
 _INDICES = {"total": ("with all others", OKABE_ITO[5]), "first": ("alone", OKABE_ITO[0])}
 """Sobol indices: text in the key, and colour."""
+_ENOUGH: dict[str, Any] = {"color": FAINT, "linestyle": (0, (4, 3)), "linewidth": 0.8}
 _LIMIT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (3, 2))}
 _PAPER: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8}
 """Background of a text in a panel."""
@@ -50,12 +52,6 @@ _FEWEST_BODIES = 3
 """Fewest persons whose bodies are drawn."""
 _ROOM = 1.6
 """Height of the figure over the highest lower end if windows have no upper end, as a factor."""
-_PLACES_OF_WORDS = (0.5, 0.18, 0.82)
-"""Places along the axis, from 0 to 1, at which words on the share that is enough may stand."""
-_HALF_WIDTH_OF_WORDS = 0.17
-"""Half their width, as a share of the axis."""
-_DEPTH_OF_WORDS = 4.0
-"""Distance of their middle below the line of this share, %."""
 _USUAL = ("weight", "forearm_circumference")
 """Dimensions of the body that are drawn if those not served differ in none."""
 
@@ -113,6 +109,10 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
     if np.isfinite(band).all():
         label = f"between these lines at least {say.percent(record['serve'])} of them are served"
         key.append(Line2D([], [], label=label, **_LIMIT))
+    best = record["best"]
+    if best is not None and gauge_text(record, best):
+        label = f"set: {gauge_text(record, best)}"
+        key.append(Line2D([], [], color=INK, linewidth=0.9, label=label))
     for reason, style in zip(reasons, styles, strict=True):
         key.append(Line2D([], [], label=with_symbols(reason["text"], width=60, lines=2), **style))
     unbalanced = int(np.isnan(low).sum())
@@ -271,7 +271,6 @@ def _draw_windows(
     )
     axes.vlines(place[without], end[without], begin[without], colors=FAINT, linewidth=thin)
     if np.isfinite(band).all():
-        axes.axhspan(*band, color="white", alpha=0.4, linewidth=0.0, zorder=3)
         for bound in band:
             axes.axhline(bound, zorder=4, **_LIMIT)
     if np.isfinite(pretension):
@@ -300,9 +299,10 @@ def how_sure(record: AnswerRecord) -> Page:
     """
     population = population_of(record)
     ends = population["sobol"]
-    key = []
+    enough = f"enough: {100.0 * record['serve']:g} %"
+    key: list[Any] = [Line2D([], [], label=enough, **_ENOUGH)]
     if ends:
-        key = [Patch(facecolor=colour, label=label) for label, colour in _INDICES.values()]
+        key += [Patch(facecolor=colour, label=label) for label, colour in _INDICES.values()]
     page = framed(population["title"], 66.0, key, study=source_of(record), is_of_answer=True)
     widths = [1.6, *[1.0] * len(ends)]
     panels = page.figure.subplots(1, len(widths), width_ratios=widths, squeeze=False)[0]
@@ -342,19 +342,7 @@ def _draw_probability(axes: Axes, record: AnswerRecord) -> None:
     enough = 100 * record["serve"]
     axes.fill_between(pretension, low, high, step="post", color=_SERVED, alpha=0.22, linewidth=0.0)
     axes.plot(pretension, share, drawstyle="steps-post", color=_SERVED)
-    axes.axhline(enough, color=FAINT, linestyle=(0, (4, 3)), linewidth=0.8)
-    beside: dict[str, Any] = {"textcoords": "offset points"}
-    axes.annotate(
-        f"enough: {enough:g} %",
-        (_clear_place(pretension, share, enough), enough),
-        xycoords=("axes fraction", "data"),
-        xytext=(0, -3),
-        color=FAINT,
-        ha="center",
-        va="top",
-        bbox=_PAPER,
-        **beside,
-    )
+    axes.axhline(enough, **_ENOUGH)
     if np.isfinite(chosen):
         axes.axvline(chosen, color=INK, linewidth=0.9)
         axes.annotate(
@@ -362,23 +350,10 @@ def _draw_probability(axes: Axes, record: AnswerRecord) -> None:
             (chosen, 0.02),
             xycoords=("data", "axes fraction"),
             xytext=(3, 0),
-            **beside,
+            textcoords="offset points",
         )
     if len(pretension) and pretension[0] < pretension[-1]:
         axes.set_xlim(pretension[0], pretension[-1])
     axes.set_ylim(0.0, 104.0)
     axes.set_ylabel("share in the window (%), 95 % band")
     axes.set_xlabel(f"{pretension_name(record['study'])} ({record['question']['unit']})")
-
-
-def _clear_place(pretension: Values, share: Values, enough: float) -> float:
-    """Return where along the axis, from 0 to 1, words below a level are clearest of the curve."""
-    along = np.linspace(0.0, 1.0, len(pretension))
-    if len(pretension) and pretension[0] < pretension[-1]:
-        along = (pretension - pretension[0]) / (pretension[-1] - pretension[0])
-
-    def distance(place: float) -> float:
-        is_near = np.abs(along - place) < _HALF_WIDTH_OF_WORDS
-        return float(np.abs(share[is_near] - (enough - _DEPTH_OF_WORDS)).min(initial=np.inf))
-
-    return max(_PLACES_OF_WORDS, key=distance)

@@ -11,13 +11,13 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.answer_record import as_answer, named_first
 from tendon_cli.cube.cube import Cube
+from tendon_cli.figures.answer_page import star
 from tendon_cli.figures.backend import Axes, Line2D, Patch
-from tendon_cli.figures.choice_maps import draw_tolerance, long_axes, longest_tolerance, star
+from tendon_cli.figures.choice_maps import draw_tolerance, longest_tolerance
 from tendon_cli.figures.frame import Page, framed
-from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, house_style
+from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, STAR, WINDOW, house_style
 from tendon_cli.model.kinematics import Array
 
-_WINDOW = "#b4d4ea"
 _ROW = 11.0
 """Height of the row of an answer, mm."""
 _ROOM_FOR_NAME = 0.2
@@ -56,10 +56,10 @@ def windows_page(rows: Sequence[WindowRow], title: str, read: str, unit: str, st
     """
     ends = [end for row in rows for end in (row.low, row.high, row.pretension) if end is not None]
     right = _ROOM * max(ends, default=1.0) or 1.0
-    key: list[Any] = [Patch(facecolor=_WINDOW, label="window of the study's own conditions")]
+    key: list[Any] = [Patch(facecolor=WINDOW, label="window of the study's own conditions")]
     if any(row.fresh is not None for row in rows):
         key.append(Line2D([], [], color=INK, linewidth=1.2, label="window of the fresh sample"))
-    key.append(star(label="what is set"))
+    key.append(star("what is set"))
     with house_style():
         page = framed(title, 14.0 + _ROW * len(rows), key, study=study)
         panel = page.figure.subplots()
@@ -77,12 +77,12 @@ def _draw_row(panel: Axes, row: WindowRow, place: int, right: float) -> None:
         panel.text(0.5 * right, place, "no window", ha="center", **small)
         return
     high = right if row.high is None else row.high
-    panel.barh(place, high - row.low, 0.5, row.low, color=_WINDOW)
+    panel.barh(place, high - row.low, 0.5, row.low, color=WINDOW)
     if row.fresh is not None:
         low, fresh_high = row.fresh
         panel.plot([low, right if fresh_high is None else fresh_high], [place, place], color=INK)
     if row.pretension is not None:
-        panel.plot(row.pretension, place, marker="*", color=INK, markersize=9, zorder=5)
+        panel.plot([row.pretension], [place], **STAR)
     below, above = row.limits
     pad = 0.008 * right
     if below and row.low > _ROOM_FOR_NAME * right:
@@ -151,16 +151,13 @@ def maps_on_one_scale(
     """
     answers = [as_answer(record) for record in records]
     chosen = [named_first(answer) for answer in answers]
-    longest = 0.0
-    for cube, choice in zip(cubes, chosen, strict=True):
-        if choice is not None and len(long_axes(cube)) > 1:
-            longest = max(longest, longest_tolerance(cube, choice))
+    longest = max((longest_tolerance(cube) for cube in cubes), default=0.0)
     pages: list[Page | None] = []
     for cube, answer, choice in zip(cubes, answers, chosen, strict=True):
         if choice is None:
             pages.append(None)
             continue
         with house_style(say.joint_name(answer)):
-            page = draw_tolerance(cube, answer, choice, longest)
-        pages.append(None if page is None else page.of_joint(answer))
+            of_answer = draw_tolerance(cube, answer, choice, longest)
+        pages.append(of_answer[0].of_joint(answer) if of_answer else None)
     return pages

@@ -14,6 +14,7 @@ from tendon_cli.cube.choice_grid import conflicts_of, over_motion, position, pre
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube, choices_of
 from tendon_cli.cube.labels import ColumnLabel
+from tendon_cli.cube.outcomes import BEYOND, EXTENSOR_SLACK, NO_EQUILIBRIUM, TAUT, UNSTABLE
 from tendon_cli.engine.results import Result
 from tendon_cli.model.kinematics import Rows
 from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES, QUANTITIES
@@ -82,7 +83,7 @@ GOALS = (
 MOST_CONDITIONS = 4
 """Largest number of conditions whose states the page has, evenly chosen."""
 
-_COLOURS = ("slack", "unstable", "beyond", "nowhere")
+_COLOURS = [one.colour for one in (EXTENSOR_SLACK, UNSTABLE, BEYOND, NO_EQUILIBRIUM)]
 _SIGNS = "ABCDEFGHIJ"
 """Colours and signs of the reasons why choices have no window, used in turn."""
 _TRUTHS = ("feasible", "on_front")
@@ -192,7 +193,7 @@ def _conflicts(cube: Cube, read: Mapping[str, ColumnArray]) -> dict[str, Any]:
     """Return the map of the reasons why choices have no window, as classes."""
     texts = conflicts_of(read, cube.limits).tolist()
     reasons = list(dict.fromkeys(text for text in texts if text))
-    classes = [{"label": "has a window", "sign": "W", "colour": "feasible"}]
+    classes = [{"label": "has a window", "sign": "W", "colour": TAUT.colour}]
     for number, reason in enumerate(reasons):
         sign = _SIGNS[number % len(_SIGNS)]
         colour = _COLOURS[number % len(_COLOURS)]

@@ -7,12 +7,10 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, BinaryIO
 
-import numpy as np
-import numpy.typing as npt
-
 from tendon_cli import say
 from tendon_cli.cube.columns import TRUTHS, ColumnArray
 from tendon_cli.cube.cube import Cube, cube_of
+from tendon_cli.cube.outcomes import OF_OUTCOMES, OUTCOMES, outcomes
 from tendon_cli.cube.room import bounded_column, is_default
 from tendon_cli.engine.results import AnyResult, Result, Run, folder_of, open_result
 from tendon_cli.engine.sweep_kind import DEFINING
@@ -65,14 +63,8 @@ _FIRST = (
 )
 """Columns of designs that come first on the page, the most useful first; all others follow."""
 
-_CLASSES = (
-    {"label": "feasible", "sign": "F", "colour": "feasible"},
-    {"label": "beyond a limit", "sign": "L", "colour": "beyond"},
-    {"label": "unstable", "sign": "U", "colour": "unstable"},
-    {"label": "slack", "sign": "S", "colour": "slack"},
-    {"label": "no equilibrium", "sign": "N", "colour": "nowhere"},
-)
-"""Outcomes of a design, the best first; signs tell them apart where colours cannot."""
+_CLASSES = [{"label": one.label, "sign": one.letter, "colour": one.colour} for one in OUTCOMES]
+"""Outcomes of a design as the scripts of a page take them."""
 
 
 def write_report(
@@ -145,10 +137,9 @@ def sweep_page(run: Run, most: int) -> str:
     given = [
         name for name in dict.fromkeys((*DEFINING, *given_columns(cube))) if name in cube.columns
     ]
-    columns = cube.gather(rows, [*names, *given, *TRUTHS, "slack_fraction", "min_elbow_stiffness"])
-    no_equilibrium = np.isnan(columns["min_elbow_stiffness"]) & (columns["slack_fraction"] > 0)
+    columns = cube.gather(rows, [*names, *given, *TRUTHS, *OF_OUTCOMES])
     records = (number_record(cube.shown(name), columns[name]) for name in names)
-    maps, left_out = within_size([_outcomes(columns, no_equilibrium), *records])
+    maps, left_out = within_size([_outcomes(columns), *records])
     states, arms = _states(cube, axes)
     table_columns: list[dict[str, Any]] = [{"axis": index} for index in range(len(axes))]
     table_columns += [{"quantity": index} for index in range(len(maps))]
@@ -196,16 +187,10 @@ def _results(cube: Cube) -> list[str]:
     return [name for name in most_useful if name in wanted and name not in axis_columns]
 
 
-def _outcomes(
-    columns: Mapping[str, ColumnArray], no_equilibrium: npt.NDArray[np.bool_]
-) -> dict[str, Any]:
+def _outcomes(columns: Mapping[str, ColumnArray]) -> dict[str, Any]:
     """Return the map of the outcomes of all designs, as classes."""
-    worst = np.where(columns["feasible"], 0, 1)
-    worst = np.where(columns["stable"], worst, 2)
-    worst = np.where(columns["taut"], worst, 3)
-    values = np.where(no_equilibrium, 4, worst)
     about = {"name": "outcome", "label": "outcome", "unit": ""}
-    return {**about, "classes": list(_CLASSES), "array": pack_classes(values)}
+    return {**about, "classes": _CLASSES, "array": pack_classes(outcomes(columns))}
 
 
 def _states(cube: Cube, axes: Sequence[PageAxis]) -> tuple[Any, Any]:

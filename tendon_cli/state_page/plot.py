@@ -19,6 +19,7 @@ from tendon_cli import say
 from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import Axes, Line2D
+from tendon_cli.figures.curves import ZEROS_OF_SPOOL
 from tendon_cli.figures.frame import framed, source_of_study
 from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, format_of, house_style
@@ -187,7 +188,7 @@ def stroke_of(design: Design, plan: Plan, direction: str, speed: float) -> Strok
     motor_speed = (speed if flexion else -speed) * rates.spool_speed
     return Stroke(
         elbow_angle=angles,
-        spool_angle=_along_motion(rates.spool_angle),
+        spool_angle=_along_motion(state.spool_angle),
         motor_speed=_along_motion(motor_speed),
         motor_torque=_along_motion(state.motor_torque),
     )
@@ -227,10 +228,10 @@ def _notes(design: Design, plan: Plan, *, turns: bool) -> list[str]:
         angles = plan.elbow_angles[np.newaxis]
         loss = cycle_columns(design, angles, _BOTH_DIRECTIONS, speed.single)["friction_loss"]
         if np.isfinite(loss).all():
-            notes.append(
-                f"The shaded area is the work lost to friction over both strokes, "
-                f"{say.quantity('friction_loss', loss.item())}."
-            )
+            lost = say.quantity("friction_loss", loss.item())
+            notes.append(f"Friction takes {lost} over both strokes.")
+    if speed is not None:
+        notes.append(ZEROS_OF_SPOOL)
     if plan.study.trajectory is not None:
         notes.append(
             "Torque against speed shows the counted samples, with friction in the direction in "
@@ -337,16 +338,10 @@ def _turn_title(plan: Plan, block: Block) -> str:
 
 
 def _draw_loop(axes: Axes, strokes: Mapping[str, Stroke]) -> None:
-    """Draw torque over the spool's angle, so that the area of the loop is work."""
+    """Draw torque over the spool's angle, which each direction counts from its own zero."""
     for direction, stroke in strokes.items():
         angle = np.degrees(stroke.spool_angle)
         axes.plot(angle, stroke.motor_torque, gid="curve", **_DIRECTIONS[direction])
-    if len(strokes) == 2:
-        x = np.concatenate([stroke.spool_angle for stroke in strokes.values()])
-        y = np.concatenate([stroke.motor_torque for stroke in strokes.values()])
-        is_known = np.isfinite(x) & np.isfinite(y)
-        area: dict[str, Any] = {"color": "#eceff2", "linewidth": 0.0, "zorder": 0.5, "gid": "loss"}
-        axes.fill(np.degrees(x[is_known]), y[is_known], **area)
     first = next(iter(strokes.values()))
     for end, beside in ((0, -1), (-1, 0)):
         place = (np.degrees(first.spool_angle[end]), first.motor_torque[end])

@@ -1,5 +1,7 @@
 """The figures of an answer show what its table says, and nothing makes them fail."""
 
+import re
+
 import numpy as np
 import pytest
 from matplotlib.text import Text
@@ -8,7 +10,7 @@ import tendon_cli as tendon
 from tendon_cli import say
 from tendon_cli.cube.cube import choices_of
 from tendon_cli.figures.answer_figures import FIGURES, answer_figure, draw_answer
-from tendon_cli.figures.choice_maps import Slice
+from tendon_cli.figures.choice_maps import axes_of_choices, grid_of_choices
 from tests.answers import answered
 
 from .studies import NO_UPPER_END
@@ -79,18 +81,21 @@ def test_a_map_outlines_what_can_be_set_and_says_to_what_the_best_is_set():
     assert len(enough) == 1 < choices["feasible"].sum()
     figure, texts = drawn(answer, "tolerance_map")
     panel = figure.axes[0]
-    cube = cube_of(answer)
-    (outline,) = [line for line in panel.lines if line.get_gid() == "settable"]
-    springs, spools = Slice.of(cube, cube.axes, choices.iloc[0].to_dict()).scales
-    for scale, column, factor, coordinates in (
-        (springs, "spring_stiffness", 1e-3, outline.get_xdata()),
-        (spools, "spool_ratio", 1.0, outline.get_ydata()),
-    ):
-        place = int(np.flatnonzero(scale.places == factor * enough[column].item())[0])
-        ends = [np.nanmin(coordinates), np.nanmax(coordinates)]
-        np.testing.assert_allclose(ends, np.sort(scale.edges[place : place + 2]))
-    pretension = say.number(answer.record["best"]["pretension"])
-    assert any(f": F₀ = {pretension} N" in text for text in texts)
+    (outline,) = panel.findobj(lambda artist: artist.get_gid() == "settable")
+    ends = outline.get_path().vertices
+    at = {}
+    for column, axis in (("spring_stiffness", panel.xaxis), ("spool_ratio", panel.yaxis)):
+        names = [label.get_text() for label in axis.get_ticklabels()]
+        value = enough[column].item() * (1e-3 if column == "spring_stiffness" else 1.0)
+        at[column] = names.index(say.number(value))
+    middle = np.array([at["spring_stiffness"], at["spool_ratio"]])
+    np.testing.assert_allclose(ends.min(axis=0), middle - 0.5)
+    np.testing.assert_allclose(ends.max(axis=0), middle + 0.5)
+    best = answer.record["best"]
+    flexor = say.number(best["set_flexor_tension"])
+    pretension = say.number(best["pretension"])
+    in_order = re.compile(rf": {flexor} N in the flexor, .* \(F₀ = {pretension} N\)")
+    assert any(in_order.search(text.replace("\n", " ")) for text in texts)
     assert sum("mm (" in text for text in texts) == choices["feasible"].sum()
 
 
@@ -139,20 +144,22 @@ def test_both_maps_of_choices_are_darker_where_there_is_more():
         assert (np.diff(colours[:, :3].sum(axis=1)) <= 0.0).all()
 
 
-def test_a_slice_has_every_choice_at_its_place():
-    answer = answered(SUITS)
+def test_a_map_has_every_choice_at_its_place_in_panels_for_the_other_axes():
+    content = {**SUITS, "sheath": {"friction": [0.05, 0.07]}}
+    answer = answered(content)
     cube = cube_of(answer)
-    plane = Slice.of(cube, cube.axes, answer.choices.iloc[0].to_dict())
-    springs, spools = plane.scales
-    np.testing.assert_array_equal(springs.places, [3.0, 5.0, 8.0])
-    np.testing.assert_array_equal(spools.places, [0.6, 1.0])
-    for row in answer.choices.itertuples():
-        column = int(np.flatnonzero(springs.places == row.spring_stiffness / 1e3)[0])
-        line = int(np.flatnonzero(spools.places == row.spool_ratio)[0])
-        assert plane.low[line, column] == row.pretension_from
-        np.testing.assert_equal(plane.columns["tolerance"][line, column], row.tolerance)
-        assert (plane.conflicts[line, column] == "") == row.feasible
-    assert set(plane.conflicts.ravel()) == {"", "slack and stability conflict"}
+    grid, read = grid_of_choices(cube, axes_of_choices(cube))
+    assert (grid.x.names, grid.y.names) == (("3", "5", "8"), ("0.6", "1"))
+    assert len(grid.titles) == 2
+    choices = answer.choices
+    for panel, friction in enumerate((0.05, 0.07)):
+        assert f"{friction}" in grid.titles[panel]
+        for (row, column), low in np.ndenumerate(read["pretension_from"][panel]):
+            stiffness = 1e3 * float(grid.x.names[column])
+            is_there = np.isclose(choices["spring_stiffness"], stiffness)
+            is_there &= np.isclose(choices["spool_ratio"], float(grid.y.names[row]))
+            is_there &= np.isclose(choices["friction"], friction)
+            np.testing.assert_equal(low, choices["pretension_from"][is_there].item())
 
 
 def test_a_caption_has_no_pretension_of_designs_which_an_answer_does_not_use():

@@ -54,9 +54,9 @@ _CURVE = re.compile(r"(curve|binds|from .*|to .*)$")
 """Names of the lines that show results."""
 _MAY_BE_CROSSED = ("slack word",)
 """Texts that name an area, before the curves of which they stand."""
-_SHARED = ("answer_page", "_begin_map")
+_SHARED = ("answer_page", "_draw_map")
 """Functions that begin the pages of several figures."""
-_CALL = re.compile(r"= (?:framed|answer_page|_begin_map)\(")
+_CALL = re.compile(r"= (?:framed|answer_page)\(|return _draw_map\(")
 _DEFINITION = re.compile(r"^def (\w+)", re.MULTILINE)
 
 
@@ -123,7 +123,8 @@ def capture() -> Iterator[list[Drawn]]:
         return page.figure
 
     with contextlib.ExitStack() as stack:
-        for name in sorted({drawer.rpartition(".")[0] for drawer in DRAWERS}):
+        modules = {drawer.rpartition(".")[0] for drawer in DRAWERS}
+        for name in sorted({*modules, "tendon_cli.figures.answer_page"}):
             module = importlib.import_module(name)
             if hasattr(module, "framed"):
                 stack.enter_context(patch.object(module, "framed", framed))

@@ -14,9 +14,8 @@ from tendon_cli import design
 from tendon_cli.cube.cube import choices_of
 from tendon_cli.figures.answer_figures import answer_figure
 from tendon_cli.figures.backend import FigureCanvasAgg
-from tendon_cli.figures.frame import framed, separate_ticks
-from tendon_cli.figures.scales import Scale
-from tendon_cli.figures.style import broken, house_style
+from tendon_cli.figures.frame import fitted, framed, text_width
+from tendon_cli.figures.style import house_style
 from tendon_cli.tables.read import TableFiles, open_table
 from tests.figures.runs import (
     LOADS,
@@ -106,53 +105,6 @@ def test_labels_of_ticks_are_apart_in_curves(close: TableFiles) -> None:
         assert_ticks_apart(figure)
 
 
-@pytest.mark.parametrize("seed", range(8))
-def test_only_ticks_that_touch_a_neighbour_are_left_out(seed: int) -> None:
-    """A tick in the middle of much room was left out, because every other one was."""
-    rng = np.random.default_rng(seed)
-    places = np.sort(rng.uniform(0.0, 100.0, 12)).round(1)
-    with house_style():
-        figure = framed("", 60.0).figure
-        figure.set_layout_engine("none")
-        axes = figure.add_axes((0.2, 0.3, 0.7, 0.6))
-        axes.set(xlim=(0.0, 100.0), ylim=(0.0, 100.0))
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.set_ticks(places)
-        millimetres = figure.get_size_inches() * 25.4 * (0.7, 0.6)
-        drawn(figure)
-        heights = [label.get_window_extent().height for label in axes.get_yticklabels()]
-        for axis, length in zip((axes.xaxis, axes.yaxis), millimetres, strict=True):
-            separate_ticks(axis, float(length))
-    assert_ticks_apart(figure)
-    kept = axes.get_yticks()
-    assert {places[0], places[-1]} <= set(kept)
-    height = max(heights) / axes.bbox.height * 100.0
-    for place in set(places) - set(kept):
-        assert np.abs(kept - place).min() < 1.5 * height
-    assert len(kept) < len(places)
-
-
-@pytest.mark.parametrize(("low", "high"), [(0.13, 250.0), (1.0, 1e3), (4.0, 90.0)])
-def test_ticks_of_a_logarithmic_axis_are_apart(low: float, high: float) -> None:
-    """Labels at 1, 2, 5, 10, ... ran into each other in a narrow figure."""
-    scale = Scale("K (kN/m)", np.geomspace(low, high, 30), np.arange(30), is_log=True)
-    with house_style():
-        figure = framed("", 40.0).figure
-        figure.set_layout_engine("none")
-        axes = figure.add_axes((0.2, 0.3, 0.25, 0.3))
-        scale.apply(axes, "x")
-        scale.apply(axes, "y")
-        millimetres = figure.get_size_inches() * 25.4 * (0.25, 0.3)
-        drawn(figure)
-        for axis, length in zip((axes.xaxis, axes.yaxis), millimetres, strict=True):
-            separate_ticks(axis, float(length))
-    assert_ticks_apart(figure)
-    shown = [at for at in axes.get_xticks() if low <= at <= high]
-    assert len(shown) >= 2
-    if high / low >= 1e3:
-        np.testing.assert_allclose(np.log10(shown) % 1.0, 0.0)
-
-
 @pytest.mark.parametrize("size", ["column", "60 mm"])
 def test_the_label_of_y_is_whole_for_every_column(read_at_joint: TableFiles, size: str) -> None:
     for name in ("margin", "peak_motor_torque", "min_elbow_stiffness", "unstable_fraction"):
@@ -169,14 +121,15 @@ def test_names_are_apart_in_a_narrow_figure(tmp_path: Path) -> None:
     assert_ticks_apart(figure_of(run, size="column"))
 
 
-def test_a_label_has_as_few_lines_as_fit() -> None:
-    label = "tension in the flexor at the joint $F_{set}$ (N)"
-    assert broken(label, 80) == label
-    for width, lines in ((40, 2), (20, 3), (14, 4)):
-        text = broken(label, width)
-        assert text.count("\n") + 1 == lines
+def test_a_label_is_broken_to_its_room() -> None:
+    label = "tension in the flexor at the joint $F_{set}$ (N m)"
+    assert fitted(label, 120.0) == label
+    for room in (45.0, 30.0, 18.0):
+        text = fitted(label, room)
         assert text.replace("\n", " ") == label
-    assert broken("spool angle", 5) == "spool angle"
+        assert text.endswith("(N m)"), "a unit is whole"
+        assert all(text_width(line, 8.0) <= room for line in text.split("\n"))
+    assert all(text_width(line, 8.0) <= 20.0 for line in fitted("M" * 60, 20.0).split("\n"))
 
 
 def test_no_line_of_a_caption_ends_within_an_equation() -> None:
@@ -213,15 +166,22 @@ def test_the_star_of_a_map_is_at_its_values_and_covers_no_text(name: str, tmp_pa
     axes = page.figure.axes[0]
     (star,) = by_gid(axes, "best")
     best = answer.record["best"]
+    texts_of_ticks = []
+    for axis, place in ((axes.xaxis, 0), (axes.yaxis, 1)):
+        at = star.get_xydata()[0][place]
+        is_listed = name == "listed"
+        names = [label.get_text() for label in axis.get_ticklabels()]
+        texts_of_ticks.append(float(names[round(at)]) if is_listed else at)
     values = (best["spring_stiffness"] / 1e3, best["spool_flexor_radius"] * 1e3)  # kN/m, mm
-    np.testing.assert_allclose(star.get_xydata()[0], values, rtol=1e-12)
-    if name == "listed":
-        for value, ticks in zip(values, (axes.get_xticks(), axes.get_yticks()), strict=True):
-            assert np.abs(ticks - value).min() < 1e-9
+    by_column = dict(zip(("stiffness", "radius"), values, strict=True))
+    labels = (axes.get_xlabel(), axes.get_ylabel())
+    for label, value in zip(labels, texts_of_ticks, strict=True):
+        wanted = by_column["stiffness" if "stiffness" in label else "radius"]
+        assert value == pytest.approx(wanted, rel=1e-12)
+    values = star.get_xydata()[0]
     middle = axes.transData.transform(values)
     half = star.get_markersize() / 2.0 * page.figure.dpi / 72.0
-    texts = by_gid(axes, "value")
-    assert bool(texts) == (name != "narrow columns")  # in which they would touch each other
+    texts = by_gid(axes, "text")
     for one, other in itertools.combinations(filter(Text.get_text, texts), 2):
         assert not box(one).overlaps(box(other))
     for text in texts:

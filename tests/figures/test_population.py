@@ -37,6 +37,7 @@ def record(read="pretension", **population):
         "name": "suit",
         "study_hash": "0" * 64,
         "serve": 0.95,
+        "best": None,
         "study": {"setting": {"read": read}},
         "question": {"unit": "N"},
         "population": {**unknown, **population},
@@ -121,19 +122,3 @@ def test_axes_name_what_is_read(read, label):
     assert shares.get_xlabel() == label
     assert f"the least {label.split()[0]}" in persons.get_xlabel()
     assert "they need" in persons.get_xlabel()
-
-
-@pytest.mark.parametrize("peak", [0.1, 0.5, 0.9])
-def test_words_on_the_share_that_is_enough_stand_clear_of_the_curve(peak):
-    """The curve had run behind them where it reaches that share in the middle of the axis."""
-    along = np.linspace(0.0, 1.0, 400)
-    share = np.clip(0.98 - 6.0 * np.abs(along - peak) ** 2, 0.0, 1.0)
-    curve = {"pretension": 90.0 + 40.0 * along, "share": share, "low": share, "high": share}
-    with house_style():
-        page = how_sure(record(curve=curve, pretension=120.0))
-        page.figure.canvas.draw()
-        axes = page.figure.axes[0]
-        (words,) = (text for text in axes.texts if "enough" in text.get_text())
-        box = words.get_window_extent()
-        points = axes.transData.transform(np.column_stack([curve["pretension"], 100.0 * share]))
-    assert not box.count_contains(points)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tendon_cli.figures import slices
 from tendon_cli.figures.draw import draw_run
 from tendon_cli.figures.maps import colour_scale
 from tendon_cli.tables.read import TableFiles
@@ -16,6 +17,7 @@ from tests.figures.runs import (
     by_gid,
     designs,
     figure_of,
+    figures_of,
     grid,
     panels,
     study_of,
@@ -58,7 +60,7 @@ def test_panels_axes_units_and_colours(springs: TableFiles) -> None:
     for load, axes in enumerate(shown):
         np.testing.assert_allclose(axes.get_xlim(), (-5.0, 305.0))  # whole cells
         np.testing.assert_allclose(axes.get_ylim(), (0.25, 6.25))
-        (mesh,) = by_gid(axes, "margin")
+        (mesh,) = by_gid(axes, "value")
         np.testing.assert_allclose(np.asarray(mesh.get_array()), margins[:, :, load].T)
         assert mesh.norm(0.0) == pytest.approx(0.5)
         assert mesh.norm.vmin == -mesh.norm.vmax
@@ -75,7 +77,8 @@ def test_axes_and_captions_name_the_tension_that_the_study_reads(tmp_path: Path)
     }
     figure = figure_of(designs(tmp_path / "run", content))
     (panel,) = panels(figure)
-    assert panel.get_xlabel() == "tension in the flexor at the joint $F_{set}$ (N)"
+    assert panel.get_xlabel() == "spring stiffness K (kN/m)"
+    assert panel.get_ylabel() == "tension in the flexor at the joint $F_{set}$ (N)"
     text = " ".join(words(figure).split())
     assert "margin $F_{set}$ − $F_{set}^{*}$ (N)" in text
     assert "Margin: how far the tension in the flexor at the joint is above $F_{set}^{*}$" in text
@@ -142,7 +145,7 @@ def test_designs_without_equilibrium_are_hatched_and_explained(tmp_path: Path) -
     figure = figure_of(table)
     (axes,) = panels(figure)
     assert axes.patch.get_hatch()
-    (mesh,) = by_gid(axes, "margin")
+    (mesh,) = by_gid(axes, "value")
     assert np.ma.getmaskarray(mesh.get_array()).sum() == np.isnan(margins).sum()
     assert "no equilibrium at some elbow angle" in words(figure)
 
@@ -158,22 +161,30 @@ def test_one_axis_gives_lines_with_the_slack_side_shaded(springs: TableFiles) ->
     assert shaded.y1 == pytest.approx(0.0, abs=1e-9)
 
 
-def test_over_cases_the_map_has_cells_and_a_stroke_for_each(tmp_path: Path) -> None:
+def test_cases_are_cells_hatched_whole_with_a_letter_each(tmp_path: Path) -> None:
     cases = [
         {"name": "light", "arm": {"forearm_mass": "0.6 kg"}},
         {"name": "a $50 man", "arm": {"forearm_mass": "9 kg"}},
     ]
     table = designs(tmp_path / "run", {"cases": cases, "tendon": PRETENSION})
-    required = column(table, "required_pretension", (2, 31))[:, 0]
     (axes,) = panels(figure_of(table))
-    assert [label.get_text() for label in axes.get_xticklabels()] == ["light", r"a \$50 man"]
-    strokes = by_gid(axes, "boundary")
-    np.testing.assert_allclose([stroke.get_ydata()[0] for stroke in strokes], required, rtol=1e-9)
-    # More pretension, along y, is on the left.
-    assert all(np.diff(stroke.get_xdata()) > 0.0 for stroke in strokes)
-    (area,) = by_gid(axes, "unstable")
+    names = [label.get_text() for label in axes.get_yticklabels()]
+    assert names == [r"a \$50 man", "light"], "the first is the top one"
     is_stable = column(table, "stable", (2, 31))
-    assert len(area.get_paths()) == int((~is_stable).sum()) > 0
+    is_taut = column(table, "taut", (2, 31))
+    (area,) = by_gid(axes, "unstable")
+    assert not by_gid(axes, "boundary")
+    for row, place in np.ndindex(2, 31):
+        is_hatched = area.get_path().contains_point((10.0 * place, 1.0 - row))
+        assert is_hatched != is_stable[row, place]
+    letters = {}
+    for text in by_gid(axes, "text"):
+        across, up = text.get_position()
+        letters[1 - round(up), round(across / 10.0)] = text.get_text()
+    for row, place in np.ndindex(2, 31):
+        letter = letters[row, place]
+        assert letter.startswith("S") != is_taut[row, place]
+        assert (letter[0] == "U") == bool(is_taut[row, place] and not is_stable[row, place])
     (axes,) = panels(figure_of(designs(tmp_path / "cases", {"cases": cases})))
     assert axes.lines[0].get_linestyle() == "None"
 
@@ -185,27 +196,76 @@ def test_two_by_two(tmp_path: Path) -> None:
         "load": {"mass": ["5 kg"]},
     }
     (axes,) = panels(figure_of(designs(tmp_path / "run", content)))
-    (mesh,) = by_gid(axes, "margin")
+    (mesh,) = by_gid(axes, "value")
     assert mesh.get_array().shape == (2, 2)
     assert mesh.get_array()[1, 0] < 0.0 < mesh.get_array()[1, 1]
-    assert list(axes.get_xticks()) == [100.0, 200.0]
+    assert list(axes.get_xticks()) == [0.0, 1.0], "listed values have cells of one size"
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["100", "200"]
 
 
-def test_many_combinations_are_chosen_evenly_and_it_says_so(tmp_path: Path) -> None:
+def test_a_slack_flexor_is_told_from_a_slack_extensor(tmp_path: Path) -> None:
     content = {
-        "tendon": {"pretension": grid("0 N", "300 N", 401), "length": ["1 m", "2 m", "3 m"]},
-        "spring": {"stiffness": grid("1 kN/m", "5 kN/m", 3)},
-        "spool": {"ratio": [0.7, 0.8, 0.9]},
-        "load": {"mass": LOADS},
+        "tendon": {
+            "flexor": {"pretension": grid("5 N", "100 N", 6)},
+            "extensor": {"pretension": grid("5 N", "100 N", 6)},
+        },
+        "load": {"mass": ["0 kg"]},
+        "arm": {"upper_arm_angle": "150 deg"},
     }
-    figure = figure_of(designs(tmp_path / "run", content))
-    assert len(panels(figure)) == 12
-    fewer = "400 of 401 values of pretension and 1 of 3 values of spool ratio, evenly spaced."
-    assert fewer in " ".join(words(figure).split())
-    assert "At η = 0.8, μ = 0.07, φ = 180 deg." in words(figure)
-    titles = [axes.get_title().replace("\n", " ") for axes in panels(figure)]
-    assert titles[4] == "0 kg load, K = 3 kN/m"
-    assert len(set(titles)) == 12
+    table = designs(tmp_path / "run", content)
+    flexor = column(table, "min_flexor_tension", (6, 6)) <= 1e-6
+    extensor = column(table, "min_extensor_tension", (6, 6)) <= 1e-6
+    alone = flexor & ~extensor
+    assert 0 < alone.sum() < alone.size
+    figure = figure_of(table)
+    (axes,) = panels(figure)
+    (mesh,) = by_gid(axes, "other")
+    is_drawn = ~np.ma.getmaskarray(mesh.get_array()).reshape(6, 6)
+    np.testing.assert_array_equal(is_drawn.T, alone)
+    _, green, blue, _ = mesh.cmap(0.3)
+    assert blue > green, "a red that is no orange"
+    _, green, blue, _ = by_gid(axes, "value")[0].cmap(0.3)
+    assert green > blue
+    assert "flexor slack" in words(figure)
+
+
+def test_the_long_axes_are_the_map_s_and_nothing_is_left_out(tmp_path: Path) -> None:
+    content = {
+        "spring": {"stiffness": ["3 kN/m", "8 kN/m"]},
+        "spool": {"ratio": [0.5, 0.6]},
+        "tendon": {"pretension": grid("60 N", "210 N", 16)},
+        "load": {"mass": ["0 kg", "10 kg"]},
+    }
+    table = designs(tmp_path / "run", content)
+    figure = figure_of(table)
+    shown = panels(figure)
+    assert len(shown) == 4
+    assert "pretension" in shown[-1].get_xlabel()
+    assert "ratio" in shown[0].get_ylabel()
+    drawn = np.sort(np.concatenate([by_gid(axes, "value")[0].get_array() for axes in shown], None))
+    np.testing.assert_allclose(drawn, np.sort(column(table, "margin", (128,))))
+    assert "evenly spaced" not in words(figure)
+    turned = figures_of(table, x="spool.ratio", quantity="spring.stiffness")
+    assert len(turned) == 2
+    assert "spool ratio" in panels(turned[0])[-1].get_xlabel()
+    assert "spring stiffness" in panels(turned[0])[0].get_ylabel().replace("\n", " ")
+
+
+def test_more_panels_than_pages_are_chosen_evenly_and_it_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(slices, "MOST_PAGES", 1)
+    content = {
+        "tendon": {"pretension": grid("0 N", "300 N", 13)},
+        "spring": {"stiffness": grid("1 kN/m", "5 kN/m", 9)},
+        "spool": {"ratio": grid("0.5", "0.9", 8)},
+        "load": {"mass": LOADS},
+        "motion": {"elbow_angle": grid("0 deg", "90 deg", 2)},
+    }
+    (figure,) = figures_of(designs(tmp_path / "run", content))
+    titles = [axes.get_title() for axes in panels(figure)]
+    assert len(set(titles)) == len(titles) == 24
+    assert "6 of 8 values of spool ratio, evenly spaced" in " ".join(words(figure).split())
 
 
 def test_more_panels_than_a_page_go_on_a_second(tmp_path: Path) -> None:
@@ -213,10 +273,12 @@ def test_more_panels_than_a_page_go_on_a_second(tmp_path: Path) -> None:
         "tendon": {"pretension": ["50 N", "150 N"]},
         "spring": {"stiffness": ["1 kN/m", "3 kN/m"]},
         "sheath": {"friction": [0.05, 0.07, 0.09, 0.1]},
+        "spool": {"ratio": [0.6, 0.7, 0.8]},
+        "arm": {"elbow_radius": ["40 mm", "45 mm"]},
         "load": {"mass": LOADS},
     }
     drawn = draw_run(study_of(content), sweep(tmp_path / "run", content))
-    assert drawn == (["slack_map.png", "slack_map-2.png"], [], None)
+    assert drawn == (["slack_map.png", "slack_map_2.png"], [], None)
 
 
 def test_no_map_has_a_reason(tmp_path: Path) -> None:

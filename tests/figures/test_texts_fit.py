@@ -18,13 +18,12 @@ import tendon_cli as tendon
 from tendon_cli.cli import app
 from tendon_cli.cube.cube import choices_of
 from tendon_cli.face import write_comparison
-from tendon_cli.figures.answer_figures import FIGURES, draw_answer
+from tendon_cli.figures.answer_figures import FIGURES, draw_answer, draw_over
 from tendon_cli.figures.draw import pages_of, table_of
-from tendon_cli.figures.frame import framed
+from tendon_cli.figures.frame import framed, text_width
 from tendon_cli.figures.geometry import route_page
 from tendon_cli.figures.scales import short_names
-from tendon_cli.figures.style import house_style, named, text_width
-from tendon_cli.figures.trade_off import draw_trade_off
+from tendon_cli.figures.style import house_style, named
 from tendon_cli.studies.figures import WIDTHS, figure_spec
 from tendon_cli.tables.read import open_table
 from tests.figures.measure import DRAWERS, capture, faults_of
@@ -51,11 +50,11 @@ GAIT = {
     }
 }
 FIGURE = "tendon_cli.figures."
-OF_ANSWERS = {f"{FIGURE}choice_maps.draw_tolerance", f"{FIGURE}answer_figures.draw_windows"}
-BETWEEN = f"{FIGURE}window_over_motion.draw_between"
+OF_ANSWERS = {f"{FIGURE}choice_maps.draw_tolerance", f"{FIGURE}windows.draw_windows"}
+BETWEEN = f"{FIGURE}windows.draw_between"
 CURVES = f"{FIGURE}curves._page"
-MAPS = f"{FIGURE}maps._page"
-TRADE_OFF = f"{FIGURE}trade_off.trade_off_page"
+MAPS = f"{FIGURE}maps.draw_maps"
+TRADE_OFF = f"{FIGURE}windows.draw_trade_off"
 
 Picture = Callable[[Path], None]
 PICTURES: dict[str, tuple[Picture, set[str], bool]] = {}
@@ -92,7 +91,7 @@ def answered(study: Any, folder: Path, *more: str, x: str | None = None) -> None
     if x is not None:
         choices = choices_of(open_table(folder / "answer" / "choices.parquet"), answer.study)
         for size, width in WIDTHS.items():
-            draw_trade_off(choices, answer.record, x, folder / f"{size}.png", width=width)
+            draw_over(choices, answer.record, x, None, folder / f"{size}.png", width=width)
 
 
 def run(folder: Path, text: str, *arguments: str) -> None:
@@ -271,7 +270,7 @@ def panels_of_symbols_with_an_index(folder: Path) -> None:
 
 
 @picture(
-    f"{FIGURE}answer_figures.draw_windows",
+    f"{FIGURE}windows.draw_windows",
     f"{FIGURE}served.for_whom",
     f"{FIGURE}served.how_sure",
     is_quick=False,
@@ -304,7 +303,7 @@ def many_draws(folder: Path) -> None:
 
 @picture(
     f"{FIGURE}choice_maps.draw_tolerance",
-    f"{FIGURE}row_figures._draw_by_name",
+    f"{FIGURE}windows._draw_by_name",
     f"{FIGURE}answer_figures.draw_front",
     TRADE_OFF,
 )
@@ -334,7 +333,7 @@ def pairs_of_parts(folder: Path) -> None:
     answered(study, folder)
 
 
-@picture(f"{FIGURE}row_figures._draw_by_name", TRADE_OFF, is_quick=False)
+@picture(f"{FIGURE}windows._draw_by_name", TRADE_OFF, is_quick=False)
 def a_limit_of_each_part(folder: Path) -> None:
     """Draw the trade-off over twelve parts with long names, by name and over their limit."""
     rows = [
@@ -354,7 +353,7 @@ def a_limit_of_each_part(folder: Path) -> None:
     answered(study, folder, x="limits.max_tension")
 
 
-@picture(f"{FIGURE}row_figures._draw_by_name", is_quick=False)
+@picture(f"{FIGURE}windows._draw_by_name", is_quick=False)
 def forty_parts(folder: Path) -> None:
     """Draw 40 parts with long names."""
     rows = [
@@ -369,7 +368,7 @@ def forty_parts(folder: Path) -> None:
     answered(study, folder)
 
 
-@picture(f"{FIGURE}row_figures._draw_points")
+@picture(f"{FIGURE}windows._draw_points")
 def an_answer_for_a_sample(folder: Path) -> None:
     """Draw the windows of 64 choices over six numbers."""
     between = {
@@ -406,7 +405,7 @@ def a_fine_grid(folder: Path) -> None:
     answered(study, folder)
 
 
-@picture(f"{FIGURE}answer_figures.draw_windows", BETWEEN, is_quick=False)
+@picture(f"{FIGURE}windows.draw_windows", BETWEEN, is_quick=False)
 def an_answer_over_time(folder: Path) -> None:
     """Draw the window over the time of a gait."""
     study = {
@@ -599,8 +598,8 @@ def test_a_joint_is_named_once(joint: str) -> None:
 
 def test_names_that_begin_alike_keep_their_ends() -> None:
     names = ["short", *(PART.format(place) for place in range(3))]
-    for width, lines in ((16, 1), (13, 2), (30, 1)):
-        texts = short_names(names, width, lines)
+    for width in (16, 30):
+        texts = short_names(names, width)
         assert texts[0] == "short"
         assert len(set(texts)) == len(names)
         assert all(len(line) <= width for text in texts for line in text.split("\n"))

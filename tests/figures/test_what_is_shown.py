@@ -138,35 +138,7 @@ def test_unstable_stretches_are_marked_where_the_stiffness_is_negative(run: Tabl
     assert "unstable" not in words(stable)
 
 
-def test_kinks_stand_where_a_tendon_goes_slack_on_either_side_s_lines(run: TableFiles) -> None:
-    all_rows = run.read().to_pandas()
-    rows = select(all_rows, load_mass=10.0, pretension=200.0, direction="flexion")
-    slack = (rows.status != "taut").to_numpy()
-    degrees = np.degrees(rows.elbow_angle.to_numpy())
-    before = np.flatnonzero(np.diff(slack.astype(int)))
-    assert len(before) == 1
-    where = ["load_mass = 10 kg", "pretension = 200 N", "direction = flexion"]
-    for quantity in ("flexor_tension_distal", "extensor_tension_distal", "motor_torque"):
-        (axes,) = panels(figure_of(run, quantity=quantity, where=where))
-        (kink,) = lines(axes, "kink")
-        np.testing.assert_allclose(kink.get_xdata(), (degrees[before] + degrees[before + 1]) / 2.0)
-
-
-def test_no_kink_is_drawn_between_few_points_that_are_far_apart(run: TableFiles) -> None:
-    """Between two of a few loads nothing is known, so no mark says where a tendon goes slack."""
-    rows = select(run.read().to_pandas(), pretension=200.0, direction="flexion")
-    last = rows[rows.elbow_angle == rows.elbow_angle.max()]
-    assert (last.status == "taut").nunique() == 2
-    where = ["pretension = 200 N", "direction = flexion", "elbow_angle = 90 deg"]
-    figure = figure_of(run, quantity="extensor_tension_distal", x="load_mass", where=where)
-    (axes,) = panels(figure)
-    assert not lines(axes, "kink")
-    assert "goes slack" not in words(figure)
-
-
-def test_bilateral_lines_have_no_kink_and_are_shaded_below_zero_others_the_other_way_round(
-    tmp_path: Path,
-) -> None:
+def test_lines_of_tendons_that_push_are_shaded_below_zero(tmp_path: Path) -> None:
     unilateral = {"load": {"mass": ["10 kg"]}}
     bilateral = {"model": {"slack": "bilateral"}, **unilateral}
     for content, is_shaded in ((bilateral, True), (unilateral, False)):
@@ -174,7 +146,6 @@ def test_bilateral_lines_have_no_kink_and_are_shaded_below_zero_others_the_other
         (axes,) = panels(figure_of(files, quantity="extensor_tension_distal"))
         assert bool(by_gid(axes, "slack area")) == is_shaded
         assert bool(by_gid(axes, "slack word")) == is_shaded
-        assert bool(lines(axes, "kink")) != is_shaded
 
 
 def test_open_and_filled_markers_are_in_the_key(run: TableFiles) -> None:

@@ -2,6 +2,25 @@
 // for mouse and keyboard. With one axis it is a line.
 
 const cursor = { i: 0, j: 0 };
+// Colours of numbers: dark is more, and a negative margin is orange, as in the figures.
+const BLUES = [
+  [0, "#d1e6f2"],
+  [0.33, "#69acd2"],
+  [0.67, "#0072b2"],
+  [1, "#003f62"],
+];
+const SIGNED = [
+  [0, "#753400"],
+  [0.17, "#d55e00"],
+  [0.33, "#e6a06b"],
+  [0.48, "#f7e2d1"],
+  [0.5, "#f7f6f4"],
+  [0.52, "#d1e6f2"],
+  [0.67, "#69acd2"],
+  [0.83, "#0072b2"],
+  [1, "#003f62"],
+];
+
 const mapped = { z: [], values: null }; // the rows of the map, and all values of its quantity
 
 // --- What is on the map ---
@@ -113,14 +132,16 @@ function heatTrace() {
     Object.assign(bar, { orientation: "h", y: -0.28, yanchor: "top", thickness: 12 });
   }
   const hasNone = quantity.low === null;
+  const isSigned = quantity.name === "margin" && quantity.low < 0;
+  const most = Math.max(Math.abs(quantity.low), Math.abs(quantity.high));
   const isSingle = quantity.low === quantity.high; // one value, or none, needs no colour bar
   const beside = isSingle ? 1 : 0;
   return {
     ...trace,
-    colorscale: "Cividis",
+    colorscale: isSigned ? SIGNED : BLUES,
     visible: !hasNone,
-    zmin: quantity.low - beside,
-    zmax: quantity.high + beside,
+    zmin: isSigned ? -most : quantity.low - beside,
+    zmax: isSigned ? most : quantity.high + beside,
     showscale: !isSingle,
     colorbar: bar,
   };
@@ -130,8 +151,8 @@ function heatTrace() {
 function classColours(x, y, classes) {
   const count = classes.length;
   const scale = classes.flatMap((kind, index) => [
-    [index / count, colour(kind.colour)],
-    [(index + 1) / count, colour(kind.colour)],
+    [index / count, kind.colour],
+    [(index + 1) / count, kind.colour],
   ]);
   return {
     colorscale: scale,
@@ -175,7 +196,7 @@ function signTraces() {
       x,
       y,
       text,
-      textfont: { color: colour("on-class"), size: 12 },
+      textfont: { color: "#ffffff", size: 12, shadow: "auto" },
       hoverinfo: "skip",
       showlegend: false,
     },
@@ -260,8 +281,8 @@ function plotlyAxis(axis) {
 }
 
 // Makes an item of the key: a colour with a sign, and what it stands for.
-function makeKeyItem({ colour: name, sign, label }) {
-  const swatch = make("span", { class: "swatch", style: `background: var(--${name})` }, sign);
+function makeKeyItem({ colour: shade, sign, label }) {
+  const swatch = make("span", { class: "swatch", style: `background: ${shade}` }, sign);
   return make("span", {}, swatch, ` ${label} `);
 }
 
@@ -272,7 +293,7 @@ function drawKey() {
   const isEmpty = (row) => row.some((value) => !Number.isFinite(value));
   if (!quantity.classes && mapped.z.some(isEmpty)) {
     const label = isLine() ? `gaps: ${quantity.none}` : quantity.none;
-    items.push(makeKeyItem({ colour: "none", sign: "–", label }));
+    items.push(makeKeyItem({ colour: "var(--none)", sign: "–", label }));
   }
   byId("map-key").replaceChildren(...items);
 }

@@ -39,10 +39,10 @@ def angle_of(file):
 def try_plot(file):
     """Read a table and lay it out as `plot` does, in both kinds of figures; draw one file in 32."""
     from tendon_cli.cube.cube import cube_of
-    from tendon_cli.figures.curve_data import curve_data
+    from tendon_cli.figures.curves import curve_data
     from tendon_cli.figures.draw import plot
-    from tendon_cli.figures.layout import long_axes, plan_curves, plan_maps
-    from tendon_cli.figures.map_data import map_data
+    from tendon_cli.figures.layout import map_axes, plan_curves
+    from tendon_cli.figures.slices import grid_of
     from tendon_cli.studies.figures import figure_spec
     from tendon_cli.tables.read import open_table
 
@@ -52,8 +52,9 @@ def try_plot(file):
     cube = cube_of(table)
     chosen = cube.choose([])
     spec = figure_spec()
-    if cube.kind == "designs" and len(long_axes(cube, chosen)) > 1:
-        map_data(cube, plan_maps(cube, chosen), spec)
+    axes = map_axes(cube, chosen)
+    if cube.kind == "designs" and axes is not None:
+        cube.gather(grid_of(cube, axes, chosen, 175.0).rows, ["margin"])
     if hashlib.sha256(file.read_bytes()).digest()[0] < 8:
         plot(cube.table, spec, file.with_name("figure.png"))
     curve_data(cube, plan_curves(cube, chosen, spec), [], spec)

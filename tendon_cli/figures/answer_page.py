@@ -1,0 +1,162 @@
+"""Pages of an answer's figures, and what they read from its record.
+
+The choice named first is said by what the gauges show, with the pretension behind it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from tendon_cli import say
+from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, value_of
+from tendon_cli.cube.choice_grid import value_text
+from tendon_cli.cube.columns import ColumnArray
+from tendon_cli.cube.cube import Cube
+from tendon_cli.cube.labels import reading, reading_unit
+from tendon_cli.figures.backend import Line2D
+from tendon_cli.figures.frame import Page, framed, source_of
+from tendon_cli.figures.layout import is_of_rows
+from tendon_cli.figures.scales import off_default
+from tendon_cli.figures.style import PAGE_WIDTH, STAR
+from tendon_cli.space.axis import Axis
+
+_GAUGES = ("set_flexor_tension", "set_extensor_tension")
+
+
+def answer_page(
+    cube: Cube,
+    record: AnswerRecord,
+    title: str,
+    panels: float,
+    key: Sequence[Any],
+    notes: Sequence[str],
+    *,
+    subtitle: str = "",
+    width: float = PAGE_WIDTH,
+    height: float | None = None,
+) -> Page:
+    """Begin a page of an answer's figure.
+
+    Below the notes it says to which tensions the best choice is set, and which values of the study
+    are not the default.
+
+    Args:
+        cube: Choices of the answer.
+        record: Record of the answer.
+        title: Title after the name of the study.
+        panels: Height of the panels, mm.
+        key: Artists with a label.
+        notes: Sentences below the panels.
+        subtitle: Second title, which may hold formulas.
+        width: Width of the page, mm.
+        height: Height of the page, mm; None for one that fits.
+    """
+    lines = [*notes, *_bench_text(record)]
+    # An answer chooses its pretensions, whichever the study has for its designs.
+    told = [*(axis.column for axis in cube.axes), "pretension"]
+    given = off_default(cube.study, told, {})
+    if given:
+        tables = [say.spaced(axis.key) for axis in cube.axes if is_of_rows(axis)]
+        rest = "all else by default"
+        if tables:
+            word = "table" if len(tables) == 1 else "tables"
+            rest = f"all else from the {word} {say.join_words(tables)}, or by default"
+        lines.append(f"With {', '.join(given)}; {rest}.")
+    name = record["title"] or record["name"]
+    size: dict[str, Any] = {"width": width, "height": height}
+    whole = f"{name}: {title}"
+    return framed(whole, panels, key, lines, study=source_of(record), subtitle=subtitle, **size)
+
+
+def _bench_text(record: AnswerRecord) -> list[str]:
+    """Say to which tensions the best choice is set, and how far this may be off, if known."""
+    best = record["best"]
+    if best is None or not gauge_text(record, best):
+        return []
+    joint = gauge_text(record, best)
+    motor = [value_of(best, f"{name}_motor") for name in _GAUGES]
+    at_motor = ""
+    if None not in motor:
+        texts = [
+            say.quantity(f"{name}_motor", value, 4)
+            for name, value in zip(_GAUGES, motor, strict=True)
+        ]
+        at_motor = f", {' and '.join(texts)} at the motor"
+    lines = [f"The best is set to {joint}, both at the joint{at_motor}."]
+    setting = record["setting"]
+    if setting is not None and setting["too_long"] is not None:
+        longer = say.length_to_spare(setting["too_long"])
+        shorter = "by any length"
+        if setting["too_short"] is not None:
+            shorter = f"by {say.length_to_spare(setting['too_short'])}"
+        lines.append(f"Both tendons may be too long by {longer}, or too short {shorter}.")
+    return lines
+
+
+def gauge_text(record: AnswerRecord, choice: ChoiceRecord) -> str:
+    """Say what the gauges show if a choice is set; empty if this is not known.
+
+    >>> gauge_text(record, choice)  # doctest: +SKIP
+    '108.7 N in the flexor, 72.3 N in the extensor (F₀ = 83.74 N)'
+    """
+    values = [value_of(choice, name) for name in _GAUGES]
+    if None in values:
+        return ""
+    flexor, extensor = (
+        say.quantity(name, value, 4) for name, value in zip(_GAUGES, values, strict=True)
+    )
+    pretension = choice["pretension"]
+    behind = ""
+    if pretension is not None and record["question"]["read"] == "pretension":
+        behind = f" (F₀ = {say.quantity('pretension', pretension, 4)})"
+    return f"{flexor} in the flexor, {extensor} in the extensor{behind}"
+
+
+def set_text(cube: Cube, record: AnswerRecord, choice: ChoiceRecord) -> str:
+    """Describe a choice by its values, and say what the gauges show, or else what is read."""
+    text = choice_text(cube, choice)
+    set_to = gauge_text(record, choice)
+    if not set_to and choice["pretension"] is not None:
+        value = f"{say.number(choice['pretension'])} {reading_unit(cube.document)}"
+        words = reading(cube.document)
+        set_to = f"F₀ = {value}" if words == "pretension" else f"{value} of {words}"
+    return ": ".join(part for part in (text, set_to) if part)
+
+
+def star(label: str) -> Line2D:
+    """Return the star that marks the choice named first, for the key."""
+    return Line2D([], [], label=label, **STAR)
+
+
+def is_settable(record: AnswerRecord, length: ColumnArray, half: ColumnArray) -> ColumnArray:
+    """Return True where a window is wide enough for the accuracy of setting.
+
+    Args:
+        record: Record of the answer.
+        length: Tolerances as a length of both tendons, m; infinite without an upper end.
+        half: Half the windows, N.
+    """
+    question = record["question"]
+    accuracy = question["accuracy"]
+    with np.errstate(invalid="ignore"):
+        if accuracy["tension"] is not None:
+            return np.asarray(half >= question["needed"] * accuracy["tension"])
+        return np.asarray(length >= question["needed"] * (accuracy["length"] or 0.0))
+
+
+def settable_label(record: AnswerRecord) -> str:
+    """Say what it takes to be set well enough: "can be set well enough (± 6 mm)"."""
+    return f"can be set well enough (± {say.tolerance_that_is_enough(record['question'])})"
+
+
+def choice_text(cube: Cube, choice: ChoiceRecord) -> str:
+    """Describe a choice by its values."""
+    return ", ".join(value_text(cube, axis, value_of(choice, axis.column)) for axis in cube.axes)
+
+
+def long_axes(cube: Cube) -> list[Axis]:
+    """Return the axes of more than one value."""
+    return [axis for axis in cube.axes if axis.length > 1]

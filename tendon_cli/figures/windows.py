@@ -1,0 +1,596 @@
+"""Windows of pretension of choices: along each axis, row by row, over a limit, over the motion.
+
+The limit that ends a window has the same colour in all of them. Between listed values there is
+nothing, so that their windows are bars; those of a range are an area.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli import say
+from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, TradeOffRecord, value_of
+from tendon_cli.cube.choice_grid import (
+    OverMotion,
+    conflicts_of,
+    over_motion,
+    position,
+    pretension_name,
+    served_words,
+    value_text,
+)
+from tendon_cli.cube.columns import ColumnArray
+from tendon_cli.cube.cube import Cube
+from tendon_cli.cube.labels import number, plain, reading_unit
+from tendon_cli.errors import UsageError
+from tendon_cli.figures.answer_page import (
+    answer_page,
+    choice_text,
+    gauge_text,
+    long_axes,
+    set_text,
+    star,
+)
+from tendon_cli.figures.backend import Axes, Line2D, Patch
+from tendon_cli.figures.frame import Page, fitted, grid_shape, panels_of
+from tendon_cli.figures.layout import MOST_NAMES, MOST_NUMBERS, is_of_rows, numbers_that_vary
+from tendon_cli.figures.motion_marks import cell_edges, ends_key, hatch_ends
+from tendon_cli.figures.scales import Scale, axis_scale
+from tendon_cli.figures.style import (
+    FAINT,
+    INK,
+    NO_WINDOW,
+    PAGE_WIDTH,
+    STAR,
+    WHOLE,
+    WINDOW,
+    Colour,
+    limit_colours,
+)
+from tendon_cli.model.kinematics import Rows
+from tendon_cli.space.axis import Axis, evenly_spaced
+
+Floats = npt.NDArray[np.float64]
+
+_PANELS_OF_PAGE = 6
+_MOST_POINTS = 20_000
+"""Largest number of points of a panel."""
+_SINGLE_MARKERS = 400
+"""Points up to which each is drawn large."""
+_MOST_KINDS = 7
+"""Largest number of reasons with a colour of their own."""
+_OTHERS = "other reasons"
+_ROOM = 1.15
+"""Height of a panel over its largest value, as a factor."""
+_MEANING_OF_POINTS = (
+    "Above zero: the width of the window of pretension, in the colour of the limit that ends it; "
+    "below: by how much the limits miss each other, in the colour of the reason."
+)
+_ENDS = ("pretension_from", "pretension_to", "from_by", "to_by")
+_AT_PLACE = "#e3eef6"
+_END: dict[str, Any] = {"marker": "o", "linestyle": "", "markersize": 4.0, "zorder": 4, **WHOLE}
+
+
+class Windows(NamedTuple):
+    """Ends of windows along an axis, N, and the limits that set them."""
+
+    low: Floats
+    """Lower ends; NaN where no pretension balances the arm."""
+    high: Floats
+    """Upper ends; infinite where nothing bounds a window."""
+    lower: ColumnArray
+    """Names of the limits that set the lower ends, "" for none."""
+    upper: ColumnArray
+
+    @classmethod
+    def of(cls, read: Mapping[str, ColumnArray]) -> Windows:
+        """Return the windows of columns of choices, in which an end that nothing sets is NaN."""
+        low, high, lower, upper = (read[name] for name in _ENDS)
+        return cls(low, np.where(np.isnan(high) & ~np.isnan(low), np.inf, high), lower, upper)
+
+    @property
+    def limits(self) -> list[str]:
+        """Names of the limits that set an end, each once."""
+        return [str(name) for name in dict.fromkeys([*self.lower, *self.upper]) if name]
+
+
+# --- One panel of windows -------------------------------------------------------------------------
+
+
+def draw_panel(
+    panel: Axes,
+    scale: Scale,
+    windows: Windows,
+    colours: Mapping[str, Colour],
+    most: float | None = None,
+) -> None:
+    """Draw windows over an axis: bars of listed values, an area of a range.
+
+    Args:
+        panel: The panel.
+        scale: The axis.
+        windows: Windows in the order of the scale.
+        colours: Colours of the limits that end them.
+        most: Another value for which the panel has room, N.
+    """
+    x = scale.places
+    low, high, lower, upper = windows
+    top = _top(windows, most or 0.0)
+    roof = np.where(np.isinf(high), top, high)
+    is_window = low <= roof
+    is_gap = ~is_window & ~np.isnan(low)
+    for holds, fill in ((is_window, WINDOW), (is_gap, NO_WINDOW)):
+        if scale.names and holds.any():
+            bars: dict[str, Any] = {"color": fill, "linewidth": 6.0, "gid": "windows"}
+            panel.vlines(x[holds], low[holds], roof[holds], **bars)
+        elif holds.any():
+            where = holds.tolist()
+            panel.fill_between(x, low, roof, where=where, facecolor=fill, interpolate=True)
+    for all_ends, by in ((low, lower), (high, upper)):
+        ends = np.where((all_ends >= 0.0) & (all_ends <= top), all_ends, np.nan)
+        for name, colour in colours.items():
+            holds = np.asarray(by == name)
+            if scale.names:
+                panel.plot(x[holds], ends[holds], color=colour, gid=name, **_END)
+                continue
+            joined = holds.copy()
+            joined[1:] |= holds[:-1]  # up to the next value, at which another limit binds
+            panel.plot(x, np.where(joined, ends, np.nan), color=colour, gid=name)
+            panel.plot(x[holds], ends[holds], ".", color=colour, **WHOLE)
+    unknown = x[np.isnan(low)]
+    panel.plot(unknown, 0.0 * unknown, color=FAINT, marker="x", linestyle="", **WHOLE)
+    panel.set_ylim(0.0, top)
+
+
+def _top(windows: Windows, most: float) -> float:
+    """Return the upper edge of a panel: above all windows, or without any above all ends, N.
+
+    Where there is no window, a lower end may be as far up as it likes.
+    """
+    low, high, _, _ = windows
+    is_window = low <= high
+    highest = max((value for value in (*low, *high, most) if np.isfinite(value)), default=0.0)
+    if is_window.any():
+        ends = (*low[is_window], *high[is_window], most)
+        highest = min(highest, 1.5 * max(value for value in ends if np.isfinite(value)))
+    return _ROOM * highest or 1.0
+
+
+def window_key(
+    parts: Sequence[Windows],
+    colours: Mapping[str, Colour],
+    bounds: say.LimitValues,
+    meaning: str,
+    none: str = "no pretension works, whatever the limits",
+) -> list[Any]:
+    """Return the key of panels of windows.
+
+    Args:
+        parts: Windows of each panel.
+        colours: Colours of the limits.
+        bounds: Limits of the study, SI; None for one that differs between choices.
+        meaning: Text of the area of a window.
+        none: Text of the cross where there are no ends.
+    """
+    key: list[Any] = [Patch(facecolor=WINDOW, label=meaning)]
+    if any((part.low > part.high).any() for part in parts):
+        key.append(Patch(facecolor=NO_WINDOW, label="no window: the lower limit is above"))
+    if any(np.isnan(part.low).any() for part in parts):
+        key.append(Line2D([], [], color=FAINT, marker="x", linestyle="", label=none))
+    for name, colour in colours.items():
+        label = f"ends where: {say.limit_words(name, bounds).label}"
+        key.append(Line2D([], [], color=colour, marker="o", markersize=3.0, label=label))
+    return key
+
+
+def _pretension_label(cube: Cube) -> str:
+    return f"{pretension_name(cube.document)} ({reading_unit(cube.document)})"
+
+
+# --- Along each choice ----------------------------------------------------------------------------
+
+
+def draw_windows(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list[Page]:
+    """Draw the window against each axis, all else as in the choice named first.
+
+    Returns:
+        The pages; none if no axis of numbers has more than one value, or no window a known end.
+    """
+    along = [axis for axis in long_axes(cube) if not axis.is_text]
+    parts = [_windows_along(cube, axis, chosen) for axis in along]
+    if not any(np.isfinite([part.low, part.high]).any() for _, part, _ in parts):
+        return []
+    colours = limit_colours(name for _, part, _ in parts for name in part.limits)
+    meaning = f"window: pretensions that work for {served_words(record)}"
+    key = window_key([part for _, part, _ in parts], colours, cube.limits, meaning)
+    if chosen["feasible"]:
+        key.append(star(set_text(cube, record, chosen)))
+    notes = ["Windows of other choices may differ."]
+    pages = []
+    for start in range(0, len(along), _PANELS_OF_PAGE):
+        seen = slice(start, start + _PANELS_OF_PAGE)
+        rows, columns = grid_shape(len(along[seen]), most=2)
+        page = answer_page(cube, record, "the window of pretension", rows * 62.0, key, notes)
+        width = PAGE_WIDTH / columns - 15.0
+        panels = panels_of(page, rows, columns, len(along[seen]))
+        for panel, axis, (scale, part, title) in zip(panels, along[seen], parts[seen], strict=True):
+            pretension = chosen["pretension"] if chosen["feasible"] else None
+            draw_panel(panel, scale, part, colours, pretension)
+            scale.apply(panel, "x", width)
+            panel.set_xlabel(fitted(scale.label, width))
+            panel.set_title(fitted(title or " ", width), y=1.0)
+            panel.set_ylabel(_pretension_label(cube))
+            if pretension is not None:
+                place = int(position(axis, value_of(chosen, axis.column))[0])
+                at = scale.places[int(np.flatnonzero(scale.order == place)[0])]
+                panel.plot([at], [pretension], gid="best", **STAR)
+        pages.append(page)
+    return pages
+
+
+def _windows_along(cube: Cube, axis: Axis, chosen: ChoiceRecord) -> tuple[Scale, Windows, str]:
+    """Read the windows of the choices that differ from one choice along an axis only.
+
+    Returns:
+        The scale of the axis, the windows in its order, and the values of the other axes in words.
+    """
+    scale = axis_scale(cube, axis, slice(None), {}, has_cells=True)
+    positions = {axis.column: scale.order.astype(np.int64)}
+    texts = []
+    for other in cube.axes:
+        if other is not axis:
+            place = position(other, value_of(chosen, other.column))
+            positions[other.column] = place
+            texts.append(value_text(cube, other, other.values[place[0]]))
+    read = cube.gather(cube.rows([axis.column], positions), _ENDS)
+    return scale, Windows.of(read), ", ".join(texts)
+
+
+# --- Row by row -----------------------------------------------------------------------------------
+
+
+def draw_rows(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list[Page]:
+    """Draw the windows of all choices: by name if they are few, else as points over each number.
+
+    Points are never joined, because there is nothing between two rows.
+
+    Args:
+        cube: Choices of the answer.
+        record: Record of the answer.
+        chosen: The choice that the answer names first.
+
+    Returns:
+        The page; none if no table of rows is among the choices.
+    """
+    axes = long_axes(cube)
+    if cube.table is None or not any(map(is_of_rows, axes)):
+        return []
+    count = int(np.prod([len(axis) for axis in cube.axes]))
+    if count <= MOST_NAMES:
+        return [_draw_by_name(cube, record, chosen, axes, np.arange(count))]
+    return [_draw_points(cube, record, chosen, evenly_spaced(count, _MOST_POINTS), count)]
+
+
+def _draw_by_name(
+    cube: Cube, record: AnswerRecord, chosen: ChoiceRecord, axes: Sequence[Axis], rows: Rows
+) -> Page:
+    """Draw the window of each choice as a bar, with the limits that end it."""
+    part = Windows.of(cube.gather(rows, _ENDS))
+    colours = limit_colours(part.limits)
+    key = window_key([part], colours, cube.limits, "window of pretension")
+    if chosen["feasible"]:
+        key.append(star(set_text(cube, record, chosen)))
+    places = np.stack(np.unravel_index(rows, [len(axis) for axis in cube.axes]), axis=1)
+    names = []
+    for row in places:
+        of_axis = dict(zip(cube.axes, row.tolist(), strict=True))
+        values = [(axis, axis.values[of_axis[axis]]) for axis in axes]
+        texts = [
+            str(value) if axis.is_text else value_text(cube, axis, value) for axis, value in values
+        ]
+        names.append(", ".join(texts))
+    scale = Scale("", np.arange(float(len(rows))), np.arange(len(rows)), names=tuple(names))
+    page = answer_page(cube, record, "the window of each choice", 115.0, key, [])
+    (panel,) = panels_of(page, 1, 1, 1)
+    draw_panel(panel, scale, part, colours, chosen["pretension"])
+    scale.apply(panel, "x", page.width - 18.0)
+    panel.set_ylabel(_pretension_label(cube))
+    if chosen["feasible"] and chosen["pretension"] is not None:
+        panel.plot([chosen["choice"]], [chosen["pretension"]], gid="best", **STAR)
+    return page
+
+
+def _draw_points(
+    cube: Cube, record: AnswerRecord, chosen: ChoiceRecord, rows: Rows, count: int
+) -> Page:
+    """Draw the width of each window over each number that varies, coloured by what binds."""
+    columns = numbers_that_vary(cube)
+    drawn = columns[:MOST_NUMBERS]
+    read = cube.gather(rows, [*_ENDS, *drawn])
+    part = Windows.of(read)
+    with np.errstate(invalid="ignore"):
+        width = part.high - part.low
+    finite = width[np.isfinite(width)]
+    top = 1.1 * float(finite.max(initial=0.0)) or 1.0
+    width = np.where(np.isinf(width), top, width)
+    kinds, reasons = _reasons(part, conflicts_of(read, cube.limits), cube)
+    key: list[Any] = [
+        Line2D([], [], color=colour, marker="o", linestyle="", markersize=4, label=name)
+        for name, colour in kinds.items()
+    ]
+    if chosen["feasible"]:
+        key.append(star(set_text(cube, record, chosen)))
+    told = [f"each point is one of {count:,} choices"]
+    if len(rows) < count:
+        told = [f"Shown: {len(rows):,} of {count:,} choices, evenly spaced"]
+    if len(drawn) < len(columns):
+        told.append(f"over {len(drawn)} of the {len(columns)} numbers that vary")
+    lost = int(np.isnan(width).sum())
+    if lost:
+        told.append(f"not drawn: {say.counted(lost, 'choice')} without any pretension that works")
+    notes = [_MEANING_OF_POINTS]
+    if np.isinf(part.high).any():
+        notes.append("Windows without an upper end stand at the upper edge.")
+    lines, in_row = grid_shape(len(drawn), most=3)
+    title = "the window of each choice"
+    page = answer_page(cube, record, title, 58.0 * lines, key, notes, subtitle="; ".join(told))
+    panels = panels_of(page, lines, in_row, len(drawn), sharey=True)
+    style: dict[str, Any] = {"marker": "o", "linestyle": "", **WHOLE}
+    style["markersize"] = 3.5 if len(rows) <= _SINGLE_MARKERS else 1.8
+    for place, (panel, column) in enumerate(zip(panels, drawn, strict=True)):
+        shown = cube.shown(column)
+        x = shown.scaled(np.where(np.isinf(read[column]), np.nan, read[column]))
+        for kind, colour in kinds.items():
+            holds = reasons == kind
+            panel.plot(x[holds], width[holds], color=colour, **style)
+        panel.axhline(0.0, color=FAINT, linewidth=0.6)
+        panel.set_xlabel(fitted(shown.label, PAGE_WIDTH / in_row - 15.0))
+        at = np.flatnonzero(rows == chosen["choice"])
+        if chosen["feasible"] and len(at):
+            panel.plot(x[at], width[at], gid="best", **STAR)
+        if place % in_row == 0:
+            panel.set_ylabel(f"width of the window ({reading_unit(cube.document)})")
+    return page
+
+
+def _reasons(
+    part: Windows, conflicts: ColumnArray, cube: Cube
+) -> tuple[dict[str, Colour], ColumnArray]:
+    """Return colours of what ends or prevents windows, the most frequent first, and that of each.
+
+    A limit has the colour that it has in every figure; rare reasons share the last.
+    """
+    words = {name: say.limit_words(name, cube.limits).label for name in part.limits}
+    upper = [words.get(str(name), "") for name in part.upper]
+    reasons = np.where(conflicts == "", np.array(upper, dtype=object), conflicts)
+    found, counts = np.unique(reasons[reasons != ""].astype(str), return_counts=True)
+    ordered = [str(label) for label in found[np.argsort(-counts, kind="stable")]]
+    if len(ordered) > _MOST_KINDS:
+        ordered = [*ordered[: _MOST_KINDS - 1], _OTHERS]
+    names = {label: name for name, label in words.items()}
+    colours = limit_colours(names.get(label, label) for label in ordered)
+    kinds = {label: colours[names.get(label, label)] for label in ordered}
+    shared = [label if label in kinds or not label else _OTHERS for label in reasons]
+    return kinds, np.array(shared, dtype=object)
+
+
+# --- Over a limit ---------------------------------------------------------------------------------
+
+
+def draw_trade_off(
+    cube: Cube,
+    record: AnswerRecord,
+    trade_off: TradeOffRecord,
+    column: str,
+    width: float = PAGE_WIDTH,
+    height: float | None = None,
+) -> Page:
+    """Draw window and tension of the best choice with each value of a limit.
+
+    Args:
+        cube: Choices of the answer.
+        record: Record of the answer.
+        trade_off: Best choices along the limit, or along rows that set it.
+        column: Column along x: that of the trade-off, or a limit that its rows set.
+        width: Width of the page, mm.
+        height: Height of the page, mm; None for the usual one.
+
+    Raises:
+        UsageError: No choice has a window.
+    """
+    axis = cube.axis(trade_off["column"])
+    if axis is None or not any(trade_off["best"]):
+        raise UsageError("no choice has a window, whichever limit is taken", where="--x")
+    order, names, label = _places(cube, axis, column)
+    choices = [trade_off["best"][place] for place in order]
+    others = ["" if choice is None else _others(cube, axis, choice) for choice in choices]
+    if len(set(filter(None, others))) > 1:
+        pairs = zip(names, others, strict=True)
+        names = [": ".join(filter(None, pair)) for pair in pairs]
+    scale = Scale(label, np.arange(float(len(names))), order, names=tuple(names))
+    part = Windows.of({name: _column(choices, name) for name in _ENDS})
+    colours = limit_colours(part.limits)
+    meaning = f"window that works for {served_words(record)}"
+    key = window_key([part], colours, cube.limits, meaning, "no choice has a window")
+    key.append(Line2D([], [], label="pretension to set", color=INK, **_END))
+    best = record["best"]
+    at = [
+        place
+        for place, choice in enumerate(choices)
+        if choice is not None and best is not None and choice["choice"] == best["choice"]
+    ]
+    if at and best is not None:
+        key.append(star(f"named first among all: {gauge_text(record, best) or 'to set'}"))
+    name = plain(axis.key) if axis.is_text else say.limit_on(axis.key.partition(".")[2])
+    title = f"what each {name} gives" if axis.is_text else f"what the {name} buys"
+    size: dict[str, Any] = {"width": width, "height": height}
+    page = answer_page(cube, record, title, 104.0, key, [_meaning(record, axis, name)], **size)
+    upper, lower = panels_of(page, 2, 1, 2, sharex=True, height_ratios=[3.0, 2.0])
+    pretension = _column(choices, "pretension")
+    draw_panel(upper, scale, part, colours, float(np.nanmax(pretension, initial=0.0)))
+    upper.set_ylabel(_pretension_label(cube))
+    tension = cube.shown("max_tension")
+    tensions = tension.scaled(_column(choices, "max_tension"))
+    for panel, values in ((upper, pretension), (lower, tensions)):
+        panel.plot(scale.places, values, color=INK, gid="best of each", **_END)
+        if at:
+            panel.plot(scale.places[at], values[at], gid="best", **STAR)
+    lower.set_ylabel(tension.label)
+    lower.set_ylim(0.0, _ROOM * float(np.nanmax(tensions)))  # from 0: a millinewton is no step
+    scale.apply(lower, "x", width - 20.0, cells=True)
+    lower.set_xlabel(scale.label)
+    return page
+
+
+def _places(cube: Cube, axis: Axis, column: str) -> tuple[Any, list[str], str]:
+    """Return the order of the values of a trade-off, their names, and the label of their axis.
+
+    Rows of a table stand in the order of the limit that they set, if `column` asks for it.
+    """
+    if column != axis.column:
+        _, of_rows = cube.columns_of_names[column]
+        if not np.isnan(of_rows.values).any():
+            limit = cube.shown(of_rows.column)
+            order = np.argsort(of_rows.values, kind="stable")
+            names = [f"{limit.text(of_rows.values[row])} ({axis.names[row]})" for row in order]
+            return order, names, limit.titled
+    scale = axis_scale(cube, axis, slice(None), {}, has_cells=True)
+    listed = [number(place) for place in scale.places.tolist()]
+    return scale.order, list(scale.names) or listed, scale.label
+
+
+def _meaning(record: AnswerRecord, axis: Axis, name: str) -> str:
+    """Say which choice is drawn at each value of a limit, or for each row that sets it."""
+    named = "is the best compromise" if len(record["goals"]) > 1 else "would be named first"
+    with_it = f"with this {name} alone" if axis.is_text else "if the limit had this value alone"
+    return f"Window and tension are those of the choice that {named} {with_it}."
+
+
+def _others(cube: Cube, axis: Axis, choice: ChoiceRecord) -> str:
+    """Say what a choice is on all other axes of more than one value."""
+    return ", ".join(
+        value_text(cube, other, value_of(choice, other.column))
+        for other in long_axes(cube)
+        if other is not axis
+    )
+
+
+def _column(choices: Iterable[ChoiceRecord | None], column: str) -> ColumnArray:
+    """Return a column of choices, SI; NaN or "" without a choice or a value."""
+    values = [None if choice is None else value_of(choice, column) for choice in choices]
+    if column in ("from_by", "to_by"):
+        return np.array([value or "" for value in values], dtype=object)
+    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+
+
+# --- Over the motion ------------------------------------------------------------------------------
+
+
+def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list[Page]:
+    """Draw the bounds that limits set on the pretension at each angle or time.
+
+    Args:
+        cube: Choices of the answer.
+        record: Record of the answer.
+        chosen: The choice that the answer names first.
+
+    Returns:
+        The page; none if the answer has no window over the motion.
+    """
+    drawn = over_motion(record)
+    if drawn is None:
+        return []
+    floor, roof = drawn.tightest
+    colours = limit_colours(name for bounds in drawn.ends for name in bounds)
+    key: list[Any] = [
+        Line2D([], [], color=colour, label=say.limit_words(name, cube.limits).label)
+        for name, colour in colours.items()
+    ]
+    key += _key_of_motion(drawn)
+    pretension = chosen["pretension"]
+    if pretension is not None:
+        key.append(star(gauge_text(record, chosen) or "pretension to set"))
+    text = choice_text(cube, chosen)
+    title = "the window over time" if drawn.is_in_time else "the window over the angle"
+    page = answer_page(cube, record, title, 92.0, key, [*drawn.texts], subtitle=text)
+    (panel,) = panels_of(page, 1, 1, 1)
+    has_window = (floor <= roof).tolist()
+    area: dict[str, Any] = {"color": _AT_PLACE, "linewidth": 0.0, "zorder": 0.5}
+    panel.fill_between(drawn.along, floor, np.minimum(roof, drawn.top), where=has_window, **area)
+    low, high = drawn.window
+    panel.axhspan(low, min(high, drawn.top), color="#8fbfe0", linewidth=0.0, zorder=0.9)
+    first = float(drawn.along[0])
+    last = float(drawn.along[-1])
+    panel.set_xlim((first, last) if first < last else (first - 1.0, last + 1.0))
+    panel.set_ylim(0.0, drawn.top)
+    panel.set_xlabel(drawn.axis_label)
+    panel.set_ylabel(_pretension_label(cube))
+    for end, bounds, tightest, samples in zip(
+        ("from", "to"), drawn.ends, drawn.tightest, drawn.at_samples, strict=True
+    ):
+        for name, values in bounds.items():
+            shown = drawn.shown(values)
+            binding = np.where(values == tightest, shown, np.nan)
+            style: dict[str, Any] = {"color": colours[name]}
+            panel.plot(drawn.along, shown, linewidth=0.9, gid=f"{end} {name}", **style)
+            panel.plot(drawn.along, binding, linewidth=2.2, zorder=3, gid="binds", **style)
+        dots: dict[str, Any] = {"markersize": 2.4, "zorder": 4, **WHOLE}
+        panel.plot(drawn.samples, samples, "o", color=INK, gid="samples", **dots)
+    if not drawn.does_count.all():
+        hatch_ends(panel, ~drawn.does_count, cell_edges(drawn.along))
+    if pretension is not None:
+        panel.axhline(pretension, color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)))
+        panel.plot([drawn.along[0]], [pretension], gid="best", **STAR)
+    for end, value in zip(("from", "to"), drawn.window, strict=True):
+        if np.isfinite(value):
+            _mark_end(panel, drawn, chosen, end, reading_unit(cube.document))
+    return [page]
+
+
+def _key_of_motion(drawn: OverMotion) -> list[Any]:
+    """Return the part of the key that is the same for all limits."""
+    window, at_place = drawn.works
+    label = f"thick: binds at that {drawn.word}"
+    key: list[Any] = [Line2D([], [], color=INK, linewidth=2.2, label=label)]
+    if len(drawn.samples):
+        dot: dict[str, Any] = {"marker": "o", "markersize": 3.0, "linestyle": ""}
+        key.append(Line2D([], [], color=INK, label="angle of the study", **dot))
+    key.append(Patch(facecolor="#8fbfe0", label=f"window: {window}"))
+    key.append(Patch(facecolor=_AT_PLACE, label=at_place))
+    if not drawn.does_count.all():
+        key.append(ends_key())
+    return key
+
+
+def _mark_end(panel: Axes, drawn: OverMotion, chosen: ChoiceRecord, end: str, unit: str) -> None:
+    """Mark an end of the window ("from" or "to") where it binds, and write its value.
+
+    An end that no state sets, such as the smallest pretension at all, is written at the left.
+    """
+    value = drawn.window[("from", "to").index(end)]
+    left, right = panel.get_xlim()
+    place = left
+    text = f"{say.number(value)} {unit}"
+    stated = chosen[f"{end}_{drawn.place}"]
+    if stated is not None:
+        place = float(stated) if drawn.is_in_time else float(np.degrees(stated))
+        text += f" at {say.number(place, 3)}"
+        text += " s" if drawn.is_in_time else "°"
+        sign: dict[str, Any] = {"color": "white", "markeredgecolor": INK, "markersize": 6}
+        panel.plot([place], [value], marker="D", zorder=6, **sign, **WHOLE)
+    is_right = place > (left + right) / 2.0
+    panel.annotate(
+        text,
+        (place, value),
+        (-8.0 if is_right else 8.0, -9.0 if end == "from" else 9.0),
+        textcoords="offset points",
+        ha="right" if is_right else "left",
+        va="center",
+        size=7.0,
+        zorder=7,
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8},
+    )
