@@ -1041,26 +1041,26 @@ def as_read(record: AnswerResults) -> AnswerResults:
     return replace(
         record,
         question=replace(record.question, shows_own_f0=False),
-        best=None if record.best is None else _row_as_read(record.best),
-        best_by={column: _row_as_read(row) for column, row in record.best_by.items()},
-        front=[_row_as_read(row) for row in record.front],
-        proved=[_row_as_read(row) for row in record.proved],
+        best=None if record.best is None else row_as_read(record.best),
+        best_by={column: row_as_read(row) for column, row in record.best_by.items()},
+        front=[row_as_read(row) for row in record.front],
+        proved=[row_as_read(row) for row in record.proved],
         trade_offs=[
             replace(
                 trade_off,
-                best=[None if row is None else _row_as_read(row) for row in trade_off.best],
+                best=[None if row is None else row_as_read(row) for row in trade_off.best],
             )
             for trade_off in record.trade_offs
         ],
         conflicts=[
-            replace(conflict, nearest=_row_as_read(conflict.nearest))
+            replace(conflict, nearest=row_as_read(conflict.nearest))
             for conflict in record.conflicts
         ],
     )
 
 
-def _row_as_read(row: ChoiceRecord) -> ChoiceRecord:
-    """Return a choice whose pretensions are the readings of a gauge in the flexor at the joint."""
+def row_as_read(row: ChoiceRecord) -> ChoiceRecord:
+    """Return a choice whose pretensions are readings of a gauge in the flexor at the joint."""
     return replace(
         row,
         pretension=row.set_flexor_tension,

@@ -20,6 +20,7 @@ from tendon_cli.answer_record import (
     SizeRecord,
     SuitRecord,
     Values,
+    row_as_read,
     value_of,
 )
 from tendon_cli.answers.phrases import LESS, MORE, NEITHER, reason_words
@@ -183,7 +184,8 @@ def population(
         title="",
     )
     fresh = None if judged is None else fresh_record(judged.sample)
-    record.title = population_title(question_record(question), record, row, fresh, question.serve)
+    shown = row_as_read(row) if question.shows_own_f0 else row
+    record.title = population_title(question_record(question), record, shown, fresh, question.serve)
     return record
 
 

@@ -7,7 +7,7 @@ import re
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.answer_record import as_answer
+from tendon_cli.answer_record import as_answer, as_read
 from tendon_cli.answers.phrases import condition_of_group, condition_words
 from tendon_cli.answers.text import answer_blocks, answer_text
 from tendon_cli.cube.choice_grid import served_words
@@ -37,6 +37,7 @@ PAIRS = {
     "people": {"count": 4},
     "uncertainty": {"draws": 16},
     "limits": {"max_tension": "480 N"},
+    "setting": {"read": "pretension"},
 }
 GOALS = {"minimise": ["max_tension"], "maximise": ["tolerance"]}
 KINDS = {
@@ -189,8 +190,9 @@ def tables_of(record):
 @pytest.mark.parametrize("name", ["given", "pairs", "tension", "draws"])
 def test_the_table_of_the_best_choice_has_its_numbers_with_their_units(name):
     """A number of the table, in its unit, is that of the record; what the gauge shows leads."""
-    record = answered(KINDS[name]).record
-    head, *rows = tables_of(record)["The choice named first"]
+    answer = answered(KINDS[name])
+    best = to_json(as_read(answer.answer).best)
+    head, *rows = tables_of(answer.record)["The choice named first"]
     assert head == ["name", "value", "unit", "meaning"]
     factors = {"N": 1.0, "mm": 1e-3, "N m": 1.0, "deg": 0.017453292519943295, "kPa": 1e3}
     numbers = {

@@ -217,7 +217,7 @@ def test_the_first_sentence_has_the_share_of_suits_so_built():
     truth = plain_share(drawn_arms(8000, seed=12), best["set_flexor_tension"])
     low, high = verdict["interval_95"]
     assert low - 0.01 <= truth <= high + 0.01
-    assert f"work in {100 * verdict['value']:.0f} of 100 suits so built" in answer.short
+    assert f"this suit works in {100 * verdict['value']:.0f} of 100 suits so built" in answer.short
 
 
 def test_no_draw_of_one_sample_is_in_another():
@@ -256,10 +256,10 @@ def test_the_setting_is_the_reserve_above_the_lower_end_of_the_second_sample():
 
 
 def test_other_draws_give_the_same_choice_and_setting():
-    catalogue = {"spring": {"stiffness": [2e3, 3e3, 5e3]}, "spool": {"ratio": [0.3, 0.4]}}
+    catalogue = {"spring": {"stiffness": [2e3, 3e3, 5e3]}}
     found = []
     for seed in (1, 2):
-        sampled = {"uncertainty": {"draws": 256, "seed": seed}, "design": {"verify": 10_000}}
+        sampled = {"uncertainty": {"draws": 128, "seed": seed}, "design": {"verify": 5000}}
         found.append(answered(merged(SUIT, catalogue, sampled)).best)
     first, other = found
     assert first["choice"] == other["choice"]
@@ -307,7 +307,7 @@ def test_who_asks_for_more_is_not_content_with_less():
 
 def test_cuffs_that_a_study_does_not_state_are_told():
     unstated = {key: value for key, value in SUIT.items() if key != "anchor"}
-    said = "This is as if cuffs did not give: with cuffs as soft as measured (1.1 to 2.3 kN/m"
+    said = "This is as if cuffs did not give: with cuffs as soft as measured ("
     assert said in " ".join(answered(unstated).short.split())
     for stiffness in ("rigid", "2 kN/m"):
         stated = answered({**unstated, "anchor": {"stiffness": stiffness}})
@@ -339,29 +339,27 @@ def test_springs_need_the_length_that_no_winding_undercuts(stiffness, force, len
     assert found == pytest.approx(shortest_spring(stiffness, force), rel=2e-3)
 
 
-TOO_HEAVY = {"load": {"mass": [0.0, 8.0]}}
+WORN = """
+spring.stiffness = "3 kN/m"
+spool.ratio = 0.4
+anchor.stiffness = "2 kN/m"
+load.mass = ["0 kg", "3 kg"]
+motion.elbow_angle = { from = "0 deg", to = "90 deg", num = 7 }
+design.verify = 500
+"""
+ENDINGS = {
+    "fine": (WORN + "uncertainty.draws = 64\n", 0, 1),
+    "too heavy": (WORN.replace("3 kg", "8 kg") + "uncertainty.draws = 64\n", 4, 0),
+    "cannot be set": (WORN + 'uncertainty.usual = false\nsetting.accuracy = "80 N"\n', 4, 1),
+}
 
 
-def test_a_suit_that_no_reading_serves_ends_with_4_and_says_whom_it_serves(tendon, workplace):
-    heavy = tendon_file(workplace, merged(SUIT, TOO_HEAVY))
-    ended = tendon("design", heavy, "--json", "--no-figures")
-    assert ended.exit == 4
-    assert ended.json["feasible"] == 0
-    # A window so narrow that nobody can set the suit within it.
-    coarse = {"setting": {"accuracy": "80 N"}, "uncertainty": {"usual": False}}
-    narrow = tendon_file(workplace, merged(SUIT, coarse))
-    ended = tendon("design", narrow, "--json", "--no-figures")
-    assert ended.exit == 4
-    assert ended.json["feasible"] == 1
-    assert not ended.json["decided"]["can_be_set"]
-    fine = tendon_file(workplace, SUIT)
-    assert tendon("design", fine, "--json", "--no-figures").exit == 0
-
-
-def tendon_file(folder, content):
-    """Write a study into a folder, and return the name of its file."""
-    file = folder / f"study{len([*folder.glob('*.json')])}.json"
-    study_text = tendon.study(content).toml
-    file = file.with_suffix(".toml")
-    file.write_text(study_text, encoding="utf-8")
-    return file.name
+@pytest.mark.parametrize("name", ENDINGS)
+def test_a_suit_that_no_reading_serves_or_that_cannot_be_set_ends_with_4(tendon, workplace, name):
+    text, code, feasible = ENDINGS[name]
+    (workplace / "suit.toml").write_text(text, encoding="utf-8")
+    ended = tendon("design", "suit.toml", "--json", "--no-figures")
+    assert ended.exit == code
+    assert ended.json["feasible"] == feasible
+    if feasible:
+        assert ended.json["decided"]["can_be_set"] == (code == 0)
