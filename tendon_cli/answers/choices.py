@@ -81,7 +81,7 @@ class Choices(Task):
     @property
     def study(self) -> Study:
         """Study that asks the question."""
-        return self.question.study
+        return self.question.stated or self.question.study
 
     @cached_property
     def tables(self) -> dict[str, int]:

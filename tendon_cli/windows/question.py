@@ -154,6 +154,8 @@ class Question:
     """True if the best choices are solved again, and set, by a second and larger sample."""
     tie: float = EQUAL
     """Relative difference up to which the goals of two choices are a tie."""
+    stated: Study | None = None
+    """The study as its author states it, without what an answer draws besides; None for `study`."""
     shows_own_f0: bool = False
     """True if the gauge is the answer's own: columns of pretension have F0 of the study's arm."""
     placement: Placement = Placement()
@@ -430,6 +432,7 @@ def question_of(study: Study) -> Question:
         enough=study.serve,
         placement=placement,
         arm=arm_numbers(study, space.conditions),
+        stated=stated,
         shows_own_f0=is_drawn and not stated.states_reading,
     )
     if not is_drawn or not study.design.verify or study.drawn_tables:
