@@ -15,7 +15,11 @@ from tendon_cli.windows.solver import Solver
 from tests.answers import answered, solved
 
 COARSE = {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}
-PAPER = {"load": {"mass": ["0 kg", "3 kg", "5 kg", "10 kg"]}, "motion": COARSE}
+PAPER = {
+    "load": {"mass": ["0 kg", "3 kg", "5 kg", "10 kg"]},
+    "motion": COARSE,
+    "design": {"advice": False},  # whether springs for 10 kg can be wound
+}
 CATALOGUE = {
     "spring": {"stiffness": ["1 kN/m", "3 kN/m", "5 kN/m"]},
     "spool": {"ratio": [1.0, 0.7, 0.6]},

@@ -201,9 +201,9 @@ def test_the_table_of_the_best_choice_has_its_numbers_with_their_units(name):
         if row[2] in factors
     }
     known = {
-        key: record["best"][key]
+        key: best[key]
         for key in numbers
-        if key in record["best"] and key != "tolerance_length"
+        if key in best and key != "tolerance_length"
     }
     assert len(known) > 10
     assert {key: numbers[key] for key in known} == pytest.approx(known, rel=1e-3, abs=1e-9)
