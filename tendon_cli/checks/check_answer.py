@@ -9,6 +9,7 @@ from tendon_cli.answer_record import as_answer, as_read, holds
 from tendon_cli.answers.text import first_words
 from tendon_cli.checks.check_text import NEGATIVE, CheckResult, finite
 from tendon_cli.engine.results import Result
+from tendon_cli.typed_record import to_json
 
 
 def check_answer(answer: Result, _worst: int) -> CheckResult:
@@ -34,8 +35,8 @@ def check_answer(answer: Result, _worst: int) -> CheckResult:
     result = {
         "choices": choices,
         "feasible": feasible,
-        "best": best,
-        "conflicts": conflicts,
+        "best": to_json(best),
+        "conflicts": to_json(conflicts),
         "holds": is_held,
     }
     verdict = "the choice named first holds" if is_held else NEGATIVE

@@ -19,6 +19,7 @@ from tendon_cli.exports.csv_files import (
 )
 from tendon_cli.exports.mujoco import MARK
 from tendon_cli.exports.mujoco_suit import suit_xml
+from tendon_cli.exports.order_list import ORDER_MARK, order_csv
 from tendon_cli.files import Recogniser, begins_with, result_path, write_output
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.units import described, shorten
@@ -45,6 +46,7 @@ FORMS = {
     "mujoco": ExportForm(".xml", begins_with(MARK), suit_xml),
     "controller": ExportForm(".csv", _is_controller_table, controller_csv),
     "parameters": ExportForm(".csv", begins_with(PARAMETERS_MARK), parameters_csv),
+    "parts": ExportForm(".csv", begins_with(ORDER_MARK), order_csv),
 }
 """Forms by their names."""
 
@@ -61,7 +63,7 @@ def export_answer(
 
     Args:
         answer: The answer.
-        to: "mujoco", "controller" or "parameters".
+        to: "mujoco", "controller", "parameters", or "parts" for an order list.
         out: File to write.
         choice: Row of the choice; None for the one that the answer names first.
         overwrite: True to replace a file that tendon did not write.

@@ -53,6 +53,7 @@ Box = tuple[slice, ...]
 _SCALE = "scale of "
 _FACTOR = "factor of "
 _SHIFT = "shift of "
+_SPRING = "spring."
 _MOST_TOLD = 2
 """Most numbers by which a row of a named axis is told from the others."""
 
@@ -270,6 +271,14 @@ class NamedAxis(Axis):
             carried: Columns that the rows carry along.
         """
         return cls(key, key, sets, names, role, weighting=weighting, carried=carried)
+
+    @property
+    def pieces(self) -> int:
+        """Number of parts that a row stands for: 2 of a table of single springs, one a side."""
+        of_parts = [key for key in self.keys if limit_of(key) is None]
+        are_springs = all(key.startswith(_SPRING) for key in of_parts)
+        is_of_both = all(split_side(key)[1] is None for key in of_parts)
+        return 2 if of_parts and are_springs and is_of_both and self.role == "choice" else 1
 
     @cached_property
     def _places(self) -> dict[str, int]:

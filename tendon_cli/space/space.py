@@ -229,7 +229,10 @@ class Space:
 
     @cached_property
     def carried(self) -> tuple[Carried, ...]:
-        """Columns that named axes carry along: each by itself, then the sums of those of a name."""
+        """Columns that named axes carry along: each by itself, then the sums of those of a name.
+
+        A sum counts the springs of both sides.
+        """
         columns = []
         sums: dict[str, list[tuple[int, CarriedColumn]]] = {}
         for place, axis in enumerate(self.axes):
@@ -249,7 +252,10 @@ class Space:
                 addends = column.addends
                 if addends is None:
                     addends = np.full(len(column.values), np.nan)
-                parts.append((place, CarriedColumn(name, with_numbers[0].unit, addends)))
+                axis = self.axes[place]
+                pieces = axis.pieces if isinstance(axis, NamedAxis) else 1
+                of_all = CarriedColumn(name, with_numbers[0].unit, pieces * addends)
+                parts.append((place, of_all))
             keys = tuple(self.axes[place].key for place, _ in parts)
             columns.append(Carried(name, keys, tuple(parts)))
         return tuple(columns)

@@ -14,6 +14,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
 JUDGED_BY_ALL = True
 ALL_POINTS = True
+DRAWS_USUAL = True
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
