@@ -447,8 +447,11 @@ def _texts_in(content: Any) -> Iterator[str]:
     """Yield all texts in the document of a study but its keys."""
     if isinstance(content, str):
         yield content
-    elif isinstance(content, (Mapping, list, tuple)):
-        for item in content.values() if isinstance(content, Mapping) else content:
+    elif isinstance(content, Mapping):
+        for item in content.values():
+            yield from _texts_in(item)
+    elif isinstance(content, (list, tuple)):
+        for item in content:
             yield from _texts_in(item)
 
 

@@ -573,10 +573,10 @@ def _number_text(cell: Any) -> str | None:
     """Return the digits of a cell that is a plain number; None for any other."""
     if isinstance(cell, bool):
         return None
+    if isinstance(cell, float):
+        cell = float(cell)  # NumPy's has a text of its own
     if isinstance(cell, (int, float)):
-        return (
-            repr(float(cell) if isinstance(cell, float) else cell) if math.isfinite(cell) else None
-        )
+        return repr(cell) if math.isfinite(cell) else None
     text = str(cell).strip()
     return text if _NUMBER.fullmatch(text) else None
 

@@ -89,3 +89,29 @@ def test_a_pretension_outside_of_the_widest_window_does_not_get_its_proof():
         best = tendon.design(tendon.study({**both, "design": design})).record["best"]
         assert best["feasible"]
         assert best["between_samples"] == status
+
+
+def test_no_answer_accepts_a_pretension_along_a_motion_that_a_sweep_refuses():
+    """Below the end of what samples would tell, one sample more turns and is unstable."""
+    time = np.arange(300) / 100.0
+    angle = 45.0 - 30.0 * np.cos(2.0 * np.pi * 0.6 * time)
+    study = tendon.study(
+        {
+            "spool": {"ratio": 0.45},
+            "spring": {"stiffness": "10 kN/m"},
+            "motion": {
+                "inertia": "0.06 kg m^2",
+                "trajectory": {
+                    "time": [f"{at:.2f} s" for at in time],
+                    "angle": [f"{at:.5f} deg" for at in angle],
+                },
+            },
+            "uncertainty": {"usual": False},
+        }
+    )
+    pretensions = ["578 N", "581 N"]
+    designs = tendon.sweep(study.vary(**{"tendon.pretension": pretensions})).designs
+    assert designs["feasible"].tolist() == [True, False]
+    for pretension, is_feasible in zip(pretensions, designs["feasible"], strict=True):
+        answer = tendon.design(study.vary(**{"design.pretension": pretension}))
+        assert answer.is_negative != is_feasible, pretension

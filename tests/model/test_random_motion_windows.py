@@ -61,7 +61,8 @@ def faults_of(seed, swept=120):
     low = float(window.low)
     high = float(window.high)
     if not low <= high:
-        low, high = 0.0, -1.0
+        low = 0.0
+        high = -1.0
     last = 1.3 * high if np.isfinite(high) and high > 0.0 else 3000.0
     # Most holes lie close to an end.
     near = np.linspace(0.9 * high, 1.1 * high, swept // 2) if high > 0.0 else []
