@@ -84,6 +84,9 @@ class CarriedRecord(Record):
     name: Annotated[str, "Name of its column in the tables"]
     unit: Annotated[str, "Unit as the tables have it; may be empty"]
     tables: Annotated[list[str], "Tables over which it is summed"]
+    pieces: Annotated[
+        dict[str, int], "Number of parts for which a row of a table counts, if it is not one"
+    ] = field(default_factory=dict)
 
 
 @dataclass(kw_only=True)
@@ -101,6 +104,10 @@ class QuestionRecord(Record):
         "any",
     ] = field(default_factory=list)
     joint: Annotated[str, 'Name of the joint: "elbow"']
+    own_words: Annotated[
+        list[str],
+        "Texts of the study itself that speak of an elbow; they stay whatever the joint is",
+    ]
     read: Annotated[
         str,
         'Gauge by which a pretension is read: "pretension" (F0), "flexor at joint"',

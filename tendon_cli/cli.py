@@ -24,6 +24,7 @@ from tendon_cli.errors import (
     UsageError,
     is_memory_short,
 )
+from tendon_cli.files import guard_inputs
 from tendon_cli.registry import kinds
 from tendon_cli.startup import end_on_signals, exit_code
 from tendon_cli.terminal import (
@@ -118,6 +119,7 @@ app.command("fit-suit", cls=_Command)(fit_suit)
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Run a command and leave with its exit code."""
     prepare_streams()
+    guard_inputs()
     given = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in given
     words = [word for word in given if word != "--debug"]

@@ -9,7 +9,7 @@ from threading import Event
 from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict, Unpack, cast
 
 from tendon_cli import say
-from tendon_cli.call_options import check_options
+from tendon_cli.call_options import check_options, check_types
 from tendon_cli.display import Displayed
 from tendon_cli.engine.results import Result, Run, open_result
 from tendon_cli.engine.run import Draw, RunOptions, run_task
@@ -138,6 +138,7 @@ def compute(
     """
     kind = kinds()[verb]
     check_options(verb, options, (*_ARGUMENTS, *Options.__annotations__))
+    check_types(verb, options, Options.__annotations__)
     if out is None and figures:
         hint = f"name one: {verb}(study, out, figures=True)"
         raise UsageError("figures are drawn into a folder", hint=hint)

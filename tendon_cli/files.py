@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 import errno
 import fcntl
+import hashlib
 import os
 import re
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path, PurePath
-from typing import BinaryIO, TypeAlias
+from typing import BinaryIO, TextIO, TypeAlias
 
 from tendon_cli.errors import FolderError, OutputError, UsageError
 from tendon_cli.units import described, shorten
@@ -125,6 +127,68 @@ def read_file(path: Path, most: int) -> bytes:
     return content
 
 
+FORMULA = r"^([=+\-@\t\r])"
+"""Pattern of text that a spreadsheet would run as a formula; it is written with a ' before it."""
+
+
+def write_csv_rows(file: TextIO, rows: Iterable[Sequence[str | int]]) -> None:
+    """Write rows as CSV; texts that a spreadsheet would run have a ' before them."""
+    writer = csv.writer(file, lineterminator="\n")
+    for row in rows:
+        writer.writerow([_as_text(cell) for cell in row])
+
+
+def _as_text(cell: str | int) -> str | int:
+    """Return a cell that no spreadsheet runs; numbers below zero stay as they are."""
+    if not isinstance(cell, str) or re.fullmatch(r"-[0-9.]+(e[+-]?[0-9]+)?", cell):
+        return cell
+    return re.sub(FORMULA, r"'\1", cell)
+
+
+_inputs: set[tuple[int, int]] | None = None
+"""Device and number of each file that the user's study names, once a command guards them."""
+
+
+def guard_inputs() -> None:
+    """Let no output replace a file that `read_input` reads from now on, in a command."""
+    global _inputs  # noqa: PLW0603 - a process of its own for each command
+    _inputs = set()
+
+
+def read_input(path: Path, most: int) -> bytes:
+    """Return the bytes of a file of the user, as `read_file` does, and guard it."""
+    content = read_file(path, most)
+    if _inputs is not None:
+        status = path.stat()
+        _inputs.add((status.st_dev, status.st_ino))
+    return content
+
+
+def check_logs(sources: Sequence[object]) -> None:
+    """Refuse no logs at all, and the same one twice, which would count as twice the evidence.
+
+    Args:
+        sources: Paths of files, or tables.
+
+    Raises:
+        UsageError: There is none, or two are the same object or files with the same content.
+    """
+    if not sources:
+        raise UsageError("there is no log, expected one or more")
+    seen: dict[object, str] = {}
+    for number, source in enumerate(sources, start=1):
+        identity: object = id(source)
+        name = f"log {number}"
+        if isinstance(source, Path) and source.is_file():
+            name = shorten(str(source))
+            with contextlib.suppress(OSError), open_file(source) as file:
+                identity = hashlib.sha256(file.read()).digest()
+        if identity in seen:
+            problem = f"{name} has the same readings as {seen[identity]}, and would count twice"
+            raise UsageError(problem, hint="leave one of them out")
+        seen[identity] = name
+
+
 def _check_regular(status: os.stat_result, path: Path) -> None:
     """Raise OSError unless this is the status of a regular file."""
     if not stat.S_ISREG(status.st_mode):
@@ -186,7 +250,7 @@ def check_output(path: Path, is_ours: Recogniser, *, overwrite: bool = False) ->
         overwrite: True to replace whatever file stands there.
 
     Raises:
-        UsageError: The file exists and tendon did not write it.
+        UsageError: The file exists and tendon did not write it, or the command reads it.
         OutputError: It cannot be read, or is a folder, a pipe or a device.
     """
     if not os.path.lexists(path):
@@ -194,7 +258,14 @@ def check_output(path: Path, is_ours: Recogniser, *, overwrite: bool = False) ->
     with output_errors(path):
         leads_nowhere = not path.exists()  # a link whose target is gone
         if not leads_nowhere:
-            _check_regular(path.stat(), path)
+            status = path.stat()
+            _check_regular(status, path)
+            if (status.st_dev, status.st_ino) in (_inputs or ()):
+                raise UsageError(
+                    "is an input and would be overwritten",
+                    where=shorten(str(path), 1000),
+                    hint="choose another name",
+                )
         may_replace = overwrite or (not leads_nowhere and _is_recognised(path, is_ours))
     if not may_replace:
         raise not_replaced(path, "tendon did not write it")

@@ -207,7 +207,7 @@ _OF_DESIGNS = (  # over all states of a design
 )  # fmt: skip
 
 _OF_LIMITS = (  # over all states of a design, if the study states what the limit needs
-    _quantity("min_spring_room", "min room", "length", "smallest room left between the anchors for the flexor's spring"),
+    _quantity("min_spring_room", "min room", "length", "smallest room left between the anchors for the flexor's spring; null if no spring is there", "often"),
 )  # fmt: skip
 
 _OF_WINDOWS = (

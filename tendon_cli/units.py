@@ -29,7 +29,7 @@ _PLAIN_DIGITS = 16  # numbers of more decimal places are written with an exponen
 _MAX_TEXT = 200  # signs of a text that is read as a quantity
 _TYPESET = str.maketrans({"\u2212": "-", "\u00a0": " ", "\u202f": " "})
 """Minus and spaces as pages and word processors set them."""
-_QUANTITY = re.compile(rf"({_NUMBER})(?:[ \t]*([^\s\d].*))?")
+_QUANTITY = re.compile(rf"((?>{_NUMBER}))(?:[ \t]*([^\s\d].*))?")
 
 
 @dataclass(frozen=True, slots=True)

@@ -69,7 +69,7 @@ MAY_IMPORT = {
 MAY_IMPORT["face"] = {name for name in MAY_IMPORT if name not in ("startup", "terminal")}
 MAY_IMPORT[THE_FACE] = set(MAY_IMPORT) - {"startup", "terminal"}
 MAY_IMPORT["commands"] = set(MAY_IMPORT)
-MAY_IMPORT["cli"] = {"commands", "registry", "terminal", "startup", "errors", "version"}
+MAY_IMPORT["cli"] = {"commands", "files", "registry", "terminal", "startup", "errors", "version"}
 MAY_IMPORT["__main__"] = {"cli", "startup"}
 
 

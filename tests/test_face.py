@@ -21,6 +21,7 @@ from tendon_cli.engine import plan as plan_module
 from tendon_cli.engine.states import WorkedOut
 from tendon_cli.errors import FolderError, InputError, StudyError, UsageError
 
+DRAWS_USUAL = True  # examples show what their readers see
 READINGS = Path(__file__).parents[1] / "configs/friction/table_a1.csv"
 SUIT = READINGS.parents[1] / "suit"
 NAMES = [name for name in tendon.__all__ if name != "__version__" and not name.endswith("Error")]

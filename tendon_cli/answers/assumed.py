@@ -80,8 +80,8 @@ def drawn_deviations(
         records.append(
             AssumedRecord(
                 key=key,
-                value=value,
-                deviation=deviation,
+                value=finite_or_none(value),
+                deviation=finite_or_none(deviation),
                 deviation_words=words,
                 kind=kind,
                 source=source,

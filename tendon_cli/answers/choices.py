@@ -29,7 +29,14 @@ from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import RowTarget
 from tendon_cli.typed_record import to_json
 from tendon_cli.windows.candidates import summarise
-from tendon_cli.windows.question import Question, affords_motion, question_of, rows_to_prove
+from tendon_cli.windows.question import (
+    Question,
+    affords_motion,
+    cost_per_design,
+    is_sought,
+    question_of,
+    rows_to_prove,
+)
 from tendon_cli.windows.solutions import solve
 from tendon_cli.windows.solver import Solver
 
@@ -37,6 +44,10 @@ CHOICES_PER_PART = 2**17
 WINDOWS_PER_PART = 2**19
 MOST_IN_MEMORY = 2**21
 """Choices of an answer without a folder."""
+_SECONDS_PER_STATE = 4e-8
+"""Time of the processor for a state whose window is computed, s, measured on a core of 2024."""
+_SECONDS_PER_SEARCH = 1.5e-3
+"""The same for a window that is sought pretension by pretension, beside its states."""
 _LEAST_BYTES = 40
 """Bytes of a choice on a disk at the very least."""
 
@@ -102,6 +113,15 @@ class Choices(Task):
     def least_bytes(self) -> int:
         """Bytes that the tables, and the parts of an unfinished run, take at the very least."""
         return 2 * _LEAST_BYTES * len(self.question.choices)
+
+    @property
+    def seconds(self) -> float:
+        """Expected time of the processor for the windows of all choices, s."""
+        windows = len(self.question.choices) * len(self.question.conditions)
+        seconds = cost_per_design(self.question) * _SECONDS_PER_STATE
+        if is_sought(self.question):
+            seconds += _SECONDS_PER_SEARCH
+        return windows * seconds
 
     def check_memory(self) -> None:
         """Raise SizeError if there are too many choices for memory."""

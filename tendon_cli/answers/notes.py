@@ -79,6 +79,13 @@ def question_notes(
                 " is used"
             ),
         ),
+        (
+            study.trajectory is not None,
+            (
+                "which way tendons slide depends on the pretension: if several intervals of"
+                " pretension keep the limits along the motion, the widest is the window"
+            ),
+        ),
         *of_people,
         (
             study.uncertain and study.drawing is None,

@@ -155,13 +155,16 @@ def broken(question: QuestionRecord, limit: str, *values: Mapping[str, Any]) -> 
 
 
 def sums_words(question: QuestionRecord, row: ChoiceRecord) -> str:
-    """Say what a choice adds up of its parts: "price 141 EUR, mass 410 g in all"; or nothing."""
+    """Say what a choice adds up of its parts: "price 141 EUR in all with 2 springs"; or nothing."""
     texts = []
+    several: dict[str, int] = {}
     for column, carried in question.carried.items():
         value = carried_words(question, value_of(row, column), column)
-        if len(carried.tables) > 1 and value != "-":
+        if (len(carried.tables) > 1 or carried.pieces) and value != "-":
             texts.append(f"{say.spaced(column)} {value}")
-    return f"{', '.join(texts)} in all" if texts else ""
+            several |= carried.pieces
+    counted = "".join(f" with {number} {table}s" for table, number in several.items())
+    return f"{', '.join(texts)} in all{counted}" if texts else ""
 
 
 def carried_words(question: QuestionRecord, value: Any, column: str) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli import say
 from tendon_cli.answer_record import (
     AccuracyRecord,
     AxisRecord,
@@ -21,6 +22,7 @@ from tendon_cli.answers.notes import question_notes
 from tendon_cli.model.design import F0
 from tendon_cli.quantities import unit_of_reading
 from tendon_cli.space.axis import SAMPLE_AXES, Axis, NamedAxis, limit_of
+from tendon_cli.space.space import Carried
 from tendon_cli.studies.values import RIGID
 from tendon_cli.typed_record import to_json
 from tendon_cli.windows.points import Points
@@ -37,6 +39,7 @@ def question_record(question: Question) -> QuestionRecord:
     groups = question.groups
     return QuestionRecord(
         joint=str(study.joint.name),
+        own_words=list(say.joint_name(study).own_words),
         read=study.setting.read,
         set_by_sample=question.sets_by_sample,
         shows_own_f0=question.shows_own_f0,
@@ -58,9 +61,7 @@ def question_record(question: Question) -> QuestionRecord:
         has_goals=bool(question.goals),
         place=question.placement.point,
         carried={
-            column.column: CarriedRecord(
-                name=column.first.name, unit=column.first.unit, tables=list(column.tables)
-            )
+            column.column: _carried_record(question, column)
             for column in question.choices.carried
             if not column.first.words
         },
@@ -157,6 +158,19 @@ def _told(axis: NamedAxis) -> dict[str, dict[str, float]]:
     """Return the numbers that tell each row of a named axis from the others, SI, by its name."""
     told = {name: axis.told_by(row) for row, name in enumerate(axis.names)}
     return {name: numbers for name, numbers in told.items() if numbers}
+
+
+def _carried_record(question: Question, carried: Carried) -> CarriedRecord:
+    """Return the record of a number that rows carry along; a sum says how many parts it counts."""
+    axes = {axis.key: axis for axis in question.choices.axes if isinstance(axis, NamedAxis)}
+    is_sum = carried.column == carried.first.name
+    pieces = {key: axes[key].pieces for key in carried.tables if is_sum and axes[key].pieces > 1}
+    return CarriedRecord(
+        name=carried.first.name,
+        unit=carried.first.unit,
+        tables=list(carried.tables),
+        pieces=pieces,
+    )
 
 
 def _carried(axis: NamedAxis) -> dict[str, list[str]]:

@@ -473,7 +473,8 @@ def _saltelli(values: Array) -> Array:
 def indices(solver: Solver, points: Points) -> list[SobolRecord]:
     """Return the Sobol indices of both ends of one choice's window, as recorded.
 
-    The window holds under all conditions but persons and draws, which vary. There are no indices if
+    The window holds under all conditions but persons and draws, which vary; of a table of drawn
+    rows the row does. There are no indices if
     the study draws nothing.
     """
     question = solver.question
@@ -484,7 +485,9 @@ def indices(solver: Solver, points: Points) -> list[SobolRecord]:
     people = study.people.population if study.people is not None else None
     person_axis = question.axes.get(PERSON_AXIS)
     laws = study.to_draw
-    inputs = tuple(laws)
+    drawn_axes = [axis for axis in question.conditions.axes if axis.role == "draw"]
+    tables = [axis for axis in drawn_axes if axis.key not in (DRAW_AXIS, PERSON_AXIS)]
+    inputs = (*laws, *(axis.key for axis in tables))
     if person_axis is not None and len(person_axis) > 1:
         inputs = (*inputs, BODY)
     others = [axis for axis in question.conditions.axes if axis.role != "draw"]
@@ -504,6 +507,10 @@ def indices(solver: Solver, points: Points) -> list[SobolRecord]:
             drawn |= {key: values[persons] for key, values in person_axis.numbers.items()}
         of_laws = {key: quantile(law, places[:, at]) for at, (key, law) in enumerate(laws.items())}
         drawn |= drawn_numbers(study, of_laws)
+        for place, axis_of_rows in enumerate(tables, start=len(laws)):
+            count = len(axis_of_rows)
+            rows = np.minimum((places[:, place] * count).astype(np.int64), count - 1)
+            drawn |= {key: values[rows] for key, values in axis_of_rows.numbers.items()}
         axis = replace(Axis.of_points(drawn), key=DRAW_AXIS, role="draw")
         varied = replace(question, conditions=Space((axis, *others)).grouped())
         windows = solver.for_question(varied).ends(points)

@@ -85,7 +85,7 @@ _FAR_APART = 0.1
 
 def short_text(record: AnswerResults, most_lines: int = MOST_LINES) -> str:
     """Return the short answer; with more lines, more of what may be left out stands in it."""
-    joint = record.question.joint
+    joint = say.JointName.of(record.question.joint, record.question.own_words)
     named = [
         section._replace(
             clauses=[
@@ -100,7 +100,9 @@ def short_text(record: AnswerResults, most_lines: int = MOST_LINES) -> str:
 
 def answer_text(record: AnswerResults) -> str:
     """Return the whole answer: all of the short one, then the sections of the record as tables."""
-    tables = say.as_text(_tables(record), record.question.joint, WIDTH)
+    tables = say.as_text(
+        _tables(record), say.JointName.of(record.question.joint, record.question.own_words), WIDTH
+    )
     return f"{short_text(record, _ALL_LINES)}\n\n{tables}"
 
 

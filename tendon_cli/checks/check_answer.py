@@ -9,6 +9,7 @@ from tendon_cli.answer_record import as_answer, as_read, holds
 from tendon_cli.answers.text import first_words
 from tendon_cli.checks.check_text import NEGATIVE, CheckResult, finite
 from tendon_cli.engine.results import Result
+from tendon_cli.typed_record import to_json
 
 
 def check_answer(answer: Result, _worst: int) -> CheckResult:
@@ -27,14 +28,15 @@ def check_answer(answer: Result, _worst: int) -> CheckResult:
     lines = [f"{record.name}: {feasible:,} of {counted} {have} a window of pretension"]
     read = as_read(record)
     if read.best is not None:
-        lines.append(f"  {say.name_joint(first_words(read, read.best), read.question.joint)}")
+        joint = say.JointName.of(read.question.joint, read.question.own_words)
+        lines.append(f"  {say.name_joint(first_words(read, read.best), joint)}")
     else:
         lines += [f"  {_conflict_words(conflict.limits)}" for conflict in conflicts]
     result = {
         "choices": choices,
         "feasible": feasible,
-        "best": best,
-        "conflicts": conflicts,
+        "best": to_json(best),
+        "conflicts": to_json(conflicts),
         "holds": is_held,
     }
     verdict = "the choice named first holds" if is_held else NEGATIVE

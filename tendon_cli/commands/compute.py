@@ -20,6 +20,8 @@ from tendon_cli.terminal import can_ask, is_confirmed, print_note, print_result,
 if TYPE_CHECKING:
     from tendon_cli.engine.task import Task
 
+_LONG = 30.0
+"""Expected time of the processor from which on it is said before, s."""
 _WORTH_A_NOTE = 100 * 10**6
 """Size of results above which it is said before they are written, bytes."""
 _WORTH_A_QUESTION = 10**9
@@ -117,6 +119,8 @@ def _compute(
             return
 
         def confirm(task: "Task") -> None:
+            if task.seconds > _LONG and not quiet:
+                print_note(f"{loaded.name}: about {_duration(task.seconds)} of processor time")
             if task.most_bytes <= _WORTH_A_NOTE:
                 return  # an estimate takes a moment
             size = face.size(kind.verb, loaded, folder, jobs)[0].get("bytes", task.most_bytes)
@@ -143,6 +147,14 @@ def _compute(
         _note_stale_page(folder, result.record)
     if result.is_negative and not allow_negative:
         raise typer.Exit(EXIT_NEGATIVE)
+
+
+def _duration(seconds: float) -> str:
+    """Say a duration to one digit: "40 s", "3 min", "2 h"."""
+    unit, size = next(
+        (unit, size) for unit, size in (("h", 3600), ("min", 60), ("s", 1)) if seconds >= 1.5 * size
+    )
+    return f"{seconds / size:.1g} {unit}" if seconds < 10 * size else f"{seconds / size:.0f} {unit}"
 
 
 def _announce(

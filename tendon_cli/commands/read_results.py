@@ -449,7 +449,7 @@ CsvArgument = Annotated[
 ToOption = Annotated[
     str | None,
     options.option(
-        "mujoco|controller|parameters",
+        "mujoco|controller|parameters|parts",
         "for an answer: write its choice for this tool, instead of a table",
     ),
 ]

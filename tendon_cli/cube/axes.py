@@ -34,12 +34,10 @@ def thin_axes(lengths: Sequence[int], most: int) -> list[Rows]:
         Positions on each axis, with both ends; only the first if one position is left.
     """
     counts = list(lengths)
-    while math.prod(counts) > most:
+    while math.prod(counts) > max(1, most):
         longest = max(range(len(counts)), key=lambda axis: counts[axis])
-        if counts[longest] > 2:
-            counts[longest] = max(2, math.ceil(counts[longest] * 0.75))
-        else:
-            counts[longest] = 1
+        fewer = counts[longest] - 1
+        counts[longest] = min(fewer, math.ceil(counts[longest] * 0.75))
     first = np.zeros(1, dtype=np.int64)
     return [
         evenly_spaced(length, count) if count > 1 else first

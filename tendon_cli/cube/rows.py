@@ -21,7 +21,7 @@ from tendon_cli.cube.cube import axis_values_of
 from tendon_cli.cube.source import table_in
 from tendon_cli.engine.states import WorkedOut
 from tendon_cli.errors import UsageError
-from tendon_cli.files import not_replaced, output_errors, output_file
+from tendon_cli.files import FORMULA, not_replaced, output_errors, output_file
 from tendon_cli.quantities import (
     OF_CYCLES,
     OF_DESIGNS,
@@ -35,9 +35,6 @@ from tendon_cli.studies.filters import Condition, read_filter
 from tendon_cli.tables.read import AnyTable
 from tendon_cli.tables.schema import Column, array_of, as_numpy
 from tendon_cli.units import shorten
-
-_FORMULA = r"^([=+\-@\t\r])"
-"""Pattern of text that a spreadsheet would run as a formula."""
 
 
 @dataclass(frozen=True)
@@ -190,7 +187,7 @@ class CsvForm:
         if pa.types.is_dictionary(column.type):
             column = column.cast(pa.string())
         if pa.types.is_string(column.type):
-            return pc.replace_substring_regex(column, pattern=_FORMULA, replacement=r"'\1")
+            return pc.replace_substring_regex(column, pattern=FORMULA, replacement=r"'\1")
         if not pa.types.is_floating(column.type):
             return column
         if self.units == "study" and quantity is not None and say.factor_of(quantity) != 1.0:

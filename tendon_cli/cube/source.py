@@ -15,7 +15,7 @@ from tendon_cli.cube.cube import study_of
 from tendon_cli.engine.states import WorkedOut
 from tendon_cli.engine.sweep_kind import SWEEP
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.files import read_file
+from tendon_cli.files import read_input
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.registry import record_names, table_kinds
@@ -260,7 +260,7 @@ def _people_in(path: Path) -> TableInMemory:
     """Read a CSV file of people as tendon understands it, SI; raises InputError."""
     where = shorten(str(path), 1000)
     try:
-        content = read_file(path, MAX_PEOPLE_BYTES)
+        content = read_input(path, MAX_PEOPLE_BYTES)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", where=where) from None
     listed = read_persons(content, where)

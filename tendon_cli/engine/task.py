@@ -111,6 +111,11 @@ class Task(ABC):
             for index in range(files)
         )
 
+    @property
+    def seconds(self) -> float:
+        """Expected time of the processor, s; 0 if nothing in the task takes long for its size."""
+        return 0.0
+
     @abstractmethod
     def results(self, notes: Sequence[Note], proving: Callable[[int, int], None]) -> dict[str, Any]:
         """Return the results for the record; raises Stopped.

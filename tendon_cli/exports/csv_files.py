@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import math
 from collections.abc import Iterator, Sequence
@@ -12,6 +11,7 @@ import numpy as np
 
 from tendon_cli.answer_record import value_of
 from tendon_cli.exports.chosen import ChosenSuit, scalar
+from tendon_cli.files import write_csv_rows
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Spline
@@ -52,8 +52,7 @@ def controller_csv(suit: ChosenSuit) -> str:
     load = np.broadcast_to(np.asarray(design.load_mass), (1, len(conditions), 1, 1)).ravel()
     is_flexion = np.broadcast_to(flexion, shape[2:])
     file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow([*_controller_heads(design, names)])
+    written: list[Sequence[str | int]] = [[*_controller_heads(design, names)]]
     for direction in range(shape[2]):
         for condition in rows.tolist():
             others = [
@@ -65,7 +64,7 @@ def controller_csv(suit: ChosenSuit) -> str:
             for place in range(shape[3]):
                 if math.isnan(torque[condition, direction, place]):
                     continue
-                writer.writerow(
+                written.append(
                     [
                         1 if is_flexion[direction, place] else -1,
                         repr(float(load[condition])),
@@ -75,6 +74,7 @@ def controller_csv(suit: ChosenSuit) -> str:
                         _cell(float(spool[condition, direction, place])),
                     ]
                 )
+    write_csv_rows(file, written)
     return file.getvalue()
 
 
@@ -130,9 +130,7 @@ class ListedNumber(NamedTuple):
 def parameters_csv(suit: ChosenSuit) -> str:
     """Return every number of the suit with its unit and its source."""
     file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(ListedNumber._fields)
-    writer.writerows(_listed(suit))
+    write_csv_rows(file, [ListedNumber._fields, *_listed(suit)])
     return file.getvalue()
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 from tendon_cli.answers.answer import Answer
+from tendon_cli.call_options import check_types
 from tendon_cli.errors import UsageError
 from tendon_cli.exports.chosen import ChosenSuit
 from tendon_cli.exports.csv_files import (
@@ -18,6 +19,7 @@ from tendon_cli.exports.csv_files import (
 )
 from tendon_cli.exports.mujoco import MARK
 from tendon_cli.exports.mujoco_suit import suit_xml
+from tendon_cli.exports.order_list import ORDER_MARK, order_csv
 from tendon_cli.files import Recogniser, begins_with, result_path, write_output
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.units import described, shorten
@@ -44,6 +46,7 @@ FORMS = {
     "mujoco": ExportForm(".xml", begins_with(MARK), suit_xml),
     "controller": ExportForm(".csv", _is_controller_table, controller_csv),
     "parameters": ExportForm(".csv", begins_with(PARAMETERS_MARK), parameters_csv),
+    "parts": ExportForm(".csv", begins_with(ORDER_MARK), order_csv),
 }
 """Forms by their names."""
 
@@ -60,7 +63,7 @@ def export_answer(
 
     Args:
         answer: The answer.
-        to: "mujoco", "controller" or "parameters".
+        to: "mujoco", "controller", "parameters", or "parts" for an order list.
         out: File to write.
         choice: Row of the choice; None for the one that the answer names first.
         overwrite: True to replace a file that tendon did not write.
@@ -74,6 +77,8 @@ def export_answer(
         InputError: A table of the answer is damaged.
         OutputError: The file cannot be written.
     """
+    given = {"to": to, "choice": choice, "overwrite": overwrite}
+    check_types("export", given, export_answer.__annotations__)
     form = FORMS.get(to)
     if form is None:
         hint = hint_at_nearest(to, FORMS) or f"expected {', '.join(FORMS)}"

@@ -9,6 +9,7 @@ import contextlib
 import io
 import re
 import struct
+import threading
 import warnings
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -174,10 +175,14 @@ def house_style(joint: str = "elbow") -> Iterator[None]:
         _JOINT.reset(before)
 
 
+_MATPLOTLIB = threading.RLock()
+"""Lock of matplotlib's settings and of its parser of formulas, which threads share."""
+
+
 @contextlib.contextmanager
 def _settings_in_force() -> Iterator[None]:
-    """Set the settings of this style within."""
-    with warnings.catch_warnings(), mpl.rc_context():
+    """Set the settings of this style within, in one thread at a time."""
+    with _MATPLOTLIB, warnings.catch_warnings(), mpl.rc_context():
         # A title may hold characters that the font lacks. They are drawn as boxes, which needs no
         # warning.
         warnings.filterwarnings("ignore", message="Glyph .* missing from")

@@ -307,7 +307,8 @@ def of_design(design: Design, folded: Extremes) -> Extremes:
 def of_forms(names: Iterable[str], at: State) -> Extremes:
     """Return the extremes of the quantities that limits bound, over the last two axes of states.
 
-    They are NaN where no state has a result.
+    They are NaN where no state has a result, or a limit has nothing to bound, as the room for a
+    spring if it is rigid.
 
     Args:
         names: Names of limits on forms of states.
@@ -317,6 +318,7 @@ def of_forms(names: Iterable[str], at: State) -> Extremes:
     for name in names:
         limit = LIMITS[name]
         values = np.atleast_2d(limit.value(at))
+        values = np.where(np.isinf(values), np.nan, values)
         reduction = np.fmin if limit.from_below else np.fmax
         columns[name] = reduction.reduce(values, axis=(-2, -1))
         if limit.in_magnitude:

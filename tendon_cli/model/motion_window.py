@@ -2,16 +2,15 @@
 
 Which way the tendons slide depends on the pretension, too, so that a window is no longer where all
 half-lines of its states meet: at each pretension only the states count that hold there, and where
-the tendons turn those of the other direction (`moving`). A pretension that keeps every limit
-whichever way the tendons slide is in the window; from there an end moves outward from limit to
-limit, as long as those that count are kept. If there is no such pretension, one is sought among
-samples. SI units, angles in radians.
+the tendons turn those of the other direction (`moving`). The pretensions that keep every limit may
+then form several intervals: where a tendon turns at one sample more, a few newtons are lost in the
+middle. So pretensions are tried, more of them between two wherever the states that count may break
+a limit, and the widest interval is the window. SI units, angles in radians.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -24,29 +23,30 @@ from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING, POWER, PRETENSION, Codes
 from tendon_cli.model.motor import select_points
 from tendon_cli.model.moving import Moving, motion_columns
-from tendon_cli.model.power_window import widest
+from tendon_cli.model.sliding import with_neighbours
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.model.window import Window, broken_by_design, ceiling, ends_of_states
 from tendon_cli.quantities import SIDES
 
 OF_WHAT_HOLDS = ("min_elbow_stiffness", "peak_motor_speed")
 """Limits for which only the states that hold count, also where the tendons turn."""
-_SAMPLES = 17
-"""Pretensions among which a window is sought if none suits both directions everywhere."""
-_MOVES = 12
-"""Most moves of an end from limit to limit before it is bisected."""
-_HALVINGS = 50
+_SAMPLES = 9
+"""Pretensions of each design that are tried first."""
+_FINEST = 2.0**-11
+"""Least distance of two pretensions that differ in nothing, as a share of all that are tried."""
+_COARSE = 2.0**-6
+"""Least distance, as such a share, of two at which the same states count."""
 _SAME = 1e-12
 """Relative distance within which two pretensions are the same."""
-_ROOT_STEPS = 90
-"""Most steps of the search for an end that power sets, a third of them halvings."""
-_CLOSE = 1e-11
-"""Relative width of an interval in which an end is known well enough."""
+_CLOSE = 4e-12
+"""Relative distance between which the end of a window is known well enough."""
+_ROUNDS = 80
+"""Most rounds of pretensions tried between others."""
 _TINY = 1e-9
 """Least bound on power, W, to which an excess is related."""
 _STATES_AT_ONCE = 2**16
-"""States of a portion of samples."""
-_STEP = 100.0  # N; beyond the largest limit, if nothing bounds a window that is sought
+"""States that are worked out together."""
+_STEP = 100.0  # N; beyond the largest limit, if nothing bounds a window
 _DOUBLINGS = 16
 """Most doublings of a window without an upper end, until the limit on power is broken."""
 
@@ -77,7 +77,7 @@ def window_along(design: Design, trajectory: Trajectory, bounds: Bounds) -> Wind
     flat = select_points(replace(design, **sides), flat_shape, places)
     largest = np.broadcast_to(over_design[0], flat_shape).ravel()
     broken = np.broadcast_to(over_design[1], flat_shape).ravel()
-    search = Search(flat, trajectory, _flat_bounds(bounds, flat_shape))
+    search = Search(flat, trajectory, _flat_bounds(bounds, flat_shape), largest)
     found = _within_the_design(search.windows(), largest, broken)
     return Window(**{name: values.reshape(shape) for name, values in vars(found).items()})
 
@@ -110,7 +110,7 @@ def _within_the_design(found: Window, largest: Array, broken: Codes) -> Window:
 
 
 class Tightest(NamedTuple):
-    """Tightest ends of the states that count at a pretension, (designs,) each."""
+    """Tightest ends of the states that count at a pretension, (tried,) each."""
 
     low: Array
     """Largest pretension that any needs, N; infinite if none suits one."""
@@ -125,8 +125,8 @@ class Tightest(NamedTuple):
     high_by: Codes
     """Limit that allows no more."""
 
-    def select(self, rows: Rows) -> Tightest:
-        """Select the ends of some designs."""
+    def select(self, rows: Rows | Flags) -> Tightest:
+        """Select the ends of some that were tried."""
         return Tightest(
             self.low[rows],
             self.low_state[rows],
@@ -136,14 +136,53 @@ class Tightest(NamedTuple):
             self.high_by[rows],
         )
 
-    def excess(self, pretension: Array) -> Array:
-        """Return the distance of pretensions from those that all these states allow, N."""
-        reserve = _SAME * np.abs(pretension)
-        return np.asarray(np.maximum(self.low - pretension, pretension - self.high) - reserve)
 
-    def allows(self, pretension: Array) -> Flags:
-        """Return where a pretension keeps the limits of all these states."""
-        return self.excess(pretension) <= 0.0
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """Pretensions that were tried, (tried,) each."""
+
+    design: Rows
+    """Number of the design."""
+    pretension: Array
+    """The pretension, N."""
+    tight: Tightest
+    """Tightest ends of the states that count there."""
+    power: Array
+    """Excess over the limit on power as a share of it; minus infinite without such a limit."""
+    counts: tuple[Flags, ...] = ()
+    """Candidates that count there, (tried, 2, samples), for either kind of limit; () if they are
+    not needed any more."""
+
+    @cached_property
+    def excess(self) -> Array:
+        """Distance of the pretensions from those that all states that count allow, N."""
+        reserve = _SAME * np.abs(self.pretension)
+        below = self.tight.low - self.pretension
+        return np.asarray(np.maximum(below, self.pretension - self.tight.high) - reserve)
+
+    @cached_property
+    def is_kept(self) -> Flags:
+        """True where all limits are kept."""
+        return (self.excess <= 0.0) & ~(self.power > 0.0)
+
+    def select(self, rows: Rows | Flags) -> Tried:
+        """Select some of them."""
+        counts = tuple(flags[rows] for flags in self.counts)
+        tight = self.tight.select(rows)
+        return Tried(self.design[rows], self.pretension[rows], tight, self.power[rows], counts)
+
+    @classmethod
+    def concatenate(cls, parts: list[Tried]) -> Tried:
+        """Concatenate several of them."""
+        counts = zip(*(part.counts for part in parts), strict=True)
+        tight = zip(*(part.tight for part in parts), strict=True)
+        return cls(
+            np.concatenate([part.design for part in parts]),
+            np.concatenate([part.pretension for part in parts]),
+            Tightest(*(np.concatenate(values) for values in tight)),
+            np.concatenate([part.power for part in parts]),
+            tuple(np.concatenate(flags) for flags in counts),
+        )
 
 
 class CandidateEnds(NamedTuple):
@@ -166,6 +205,8 @@ class Search:
     design: Design
     trajectory: Trajectory
     bounds: Bounds
+    largest: Array
+    """Largest pretension of each design, (N,), N."""
 
     @cached_property
     def moving(self) -> Moving:
@@ -180,18 +221,11 @@ class Search:
         """Number of designs."""
         return math.prod(self.moving.shape[:-1])
 
-    def select(self, rows: Rows) -> Search:
-        """Select some of the designs."""
-        shape = (self.count, 1, 1)
-        bounds = {
-            name: np.asarray(bound)[rows] if np.ndim(bound) else bound
-            for name, bound in self.bounds.items()
-        }
-        return Search(
-            select_points(self.design, shape, (rows,)),
-            self.trajectory,
-            Bounds(speed=self.bounds.speed, **bounds),
-        )
+    def _select(self, rows: Rows) -> Moving:
+        """Return some of the designs along the trajectory."""
+        if self.count == 1:
+            return self.moving
+        return Moving.of(select_points(self.design, (self.count, 1, 1), (rows,)), self.trajectory)
 
     # --- Limits on states -------------------------------------------------------------------------
 
@@ -230,32 +264,28 @@ class Search:
         holds = np.concatenate([sliding.flexion, ~sliding.flexion], axis=-2)
         return holds | sliding.turning, holds & ~sliding.passing
 
-    def tightest(self, pretension: Array) -> Tightest:
-        """Return the tightest ends of the states that count at pretensions, (..., N) each, N."""
-        return self._tightest(self._counts(self._at(pretension)))
+    def _tightest(self, designs: Rows, counts: tuple[Flags, Flags]) -> Tightest:
+        """Return the tightest ends of the candidates that count, for either kind of limit.
 
-    def _at(self, pretension: Array) -> Moving:
-        """Return the designs at pretensions, (..., N), N."""
-        return self.moving.at_pretension(pretension[..., np.newaxis, np.newaxis])
-
-    def _tightest(self, counts: tuple[Flags, Flags]) -> Tightest:
-        """Return the tightest ends of the candidates that count, for either kind of limit."""
+        Args:
+            designs: Numbers of the designs, (tried,).
+            counts: Candidates that count, (tried, 2, samples).
+        """
         values = []
         for sign, end, code in ((1.0, "low", "low_by"), (-1.0, "high", "high_by")):
             largest: Any = -np.inf
             state: Any = -1
             by: Any = np.int8(NOTHING)
             for ends, which in zip(self._ends, counts, strict=True):
-                asked = np.where(which, sign * getattr(ends, end), -np.inf)
-                designs = asked.shape[:-2]
-                flat = asked.reshape(*designs, -1)
-                codes = np.broadcast_to(getattr(ends, code), asked.shape).reshape(flat.shape)
-                place = flat.argmax(axis=-1)[..., np.newaxis]
-                top = np.take_along_axis(flat, place, axis=-1)[..., 0]
+                asked = np.where(which, sign * getattr(ends, end)[designs], -np.inf)
+                flat = asked.reshape(len(designs), -1)
+                place = flat.argmax(axis=1)
+                top = flat[np.arange(len(designs)), place]
+                codes = getattr(ends, code).reshape(self.count, -1)[designs, place]
                 is_tighter = top > largest
                 largest = np.where(is_tighter, top, largest)
-                state = np.where(is_tighter, self._number(place[..., 0]), state)
-                by = np.where(is_tighter, np.take_along_axis(codes, place, axis=-1)[..., 0], by)
+                state = np.where(is_tighter, self._number(place), state)
+                by = np.where(is_tighter, codes, by)
             values += [sign * largest, state, by]
         return Tightest(*values)
 
@@ -265,20 +295,138 @@ class Search:
         direction, sample = np.divmod(place, counted.stop - counted.start)
         return np.asarray(direction * len(self.trajectory.time) + counted.start + sample)
 
+    # --- Pretensions that are tried ---------------------------------------------------------------
+
+    def _try(self, designs: Rows, pretensions: Array) -> Tried:
+        """Try a pretension, N, of each of some designs, (tried,)."""
+        at_once = max(1, _STATES_AT_ONCE // (2 * len(self.trajectory.time)))
+        parts = []
+        for start in range(0, len(designs), at_once):
+            rows = designs[start : start + at_once]
+            pretension = pretensions[start : start + at_once]
+            moving = self._select(rows).at_pretension(pretension[:, np.newaxis, np.newaxis])
+            counts = self._counts(moving)
+            tight = self._tightest(rows, counts)
+            parts.append(Tried(rows, pretension, tight, self._power_excess(rows, moving), counts))
+        return Tried.concatenate(parts)
+
+    def _all_tried(self) -> Tried:
+        """Try pretensions until their order is known, by design and then by pretension."""
+        first, last = self._range()
+        shares = np.linspace(0.0, 1.0, _SAMPLES)
+        samples = first[:, np.newaxis] + (last - first)[:, np.newaxis] * shares
+        low, high = (end[:, np.newaxis] for end in self._kept_either_way(first, last))
+        samples = np.sort(np.hstack([samples, low, high]), axis=1)
+        is_new = np.diff(samples, axis=1, prepend=-1.0) > 0.0
+        if not self.bounds.asks_power:
+            is_new &= (samples <= low) | (samples >= high)  # nothing is broken between these
+        designs = np.repeat(np.arange(self.count), is_new.sum(axis=1))
+        tried = self._try(designs, samples[is_new])
+        is_first = np.diff(designs, prepend=-1) > 0
+        below = tried.select(~np.roll(is_first, -1))
+        above = tried.select(~is_first)
+        finest = _FINEST * (last - first)
+        known = [replace(tried, counts=())]
+        for attempt in range(_ROUNDS):
+            is_unclear = self._is_unclear(below, above, finest)
+            if not is_unclear.any():
+                break
+            below = below.select(is_unclear)
+            above = above.select(is_unclear)
+            between = self._try(below.design, _between(below, above, is_aimed=attempt % 3 != 2))
+            known.append(replace(between, counts=()))
+            below, above = (
+                Tried.concatenate([below, between]),
+                Tried.concatenate([between, above]),
+            )
+        every = Tried.concatenate(known)
+        return every.select(np.lexsort((every.pretension, every.design)))
+
+    def _range(self) -> tuple[Array, Array]:
+        """Return the smallest and the largest pretension that may be in a window, (N,) each, N."""
+        least = np.full(self.count, -np.inf)
+        most = np.full(self.count, np.inf)
+        for ends in self._ends:
+            least = np.maximum(least, ends.low.min(axis=1).max(axis=1))
+            most = np.minimum(most, ends.high.max(axis=1).min(axis=1))
+        beyond = self._beyond()
+        first = np.clip(least, 0.0, beyond)
+        last = np.minimum(np.minimum(most, beyond), self.largest)
+        if self.bounds.asks_power:
+            # A limit on power may bind far beyond the others.
+            is_endless = np.minimum(most, self.largest) > beyond
+            for _ in range(_DOUBLINGS):
+                at_last = self._try(np.arange(self.count), last)
+                is_kept = is_endless & at_last.is_kept
+                if not is_kept.any():
+                    break
+                last = np.where(is_kept, first + 2.0 * (last - first), last)
+        return np.minimum(first, np.maximum(last, 0.0)), np.maximum(last, 0.0)
+
+    def _beyond(self) -> Array:
+        """Return pretensions beyond every limit of candidates that is one, (N,), N."""
+        largest = np.zeros(self.count)
+        for ends in self._ends:
+            for values in (ends.low, ends.high):
+                finite = np.where(np.isfinite(values), values, 0.0)
+                largest = np.maximum(largest, finite.max(axis=(1, 2)))
+        return largest + _STEP
+
+    def _kept_either_way(self, first: Array, last: Array) -> tuple[Array, Array]:
+        """Return the ends of what keeps the limits on states in both directions, (N,), N.
+
+        They lie within the range that is tried, also where there is no such pretension.
+        """
+        low = np.max([ends.low.max(axis=(1, 2)) for ends in self._ends], axis=0)
+        high = np.min([ends.high.min(axis=(1, 2)) for ends in self._ends], axis=0)
+        return np.clip(low, first, last), np.clip(high, first, last)
+
+    def _is_unclear(self, below: Tried, above: Tried, finest: Array) -> Flags:
+        """Return True where more is to be tried between two pretensions of a design.
+
+        Args:
+            below: The smaller ones.
+            above: The larger ones.
+            finest: Least distance between two that are both kept or both not, (N,), N.
+        """
+        width = above.pretension - below.pretension
+        start = below.pretension[:, np.newaxis, np.newaxis]
+        stop = above.pretension[:, np.newaxis, np.newaxis]
+        may_break = np.zeros(len(width), dtype=np.bool_)
+        stays_broken = np.zeros(len(width), dtype=np.bool_)
+        differ = np.zeros(len(width), dtype=np.bool_)
+        for counts, counts_above in zip(below.counts, above.counts, strict=True):
+            differ |= (counts != counts_above).any(axis=(1, 2))
+        may_differ = differ | (width > _COARSE / _FINEST * finest[below.design])
+        # Where a tendon turns, either direction may be the one that holds.
+        is_near = _with_neighbours(below.counts[0] | above.counts[0])
+        for ends, counts, counts_above in zip(self._ends, below.counts, above.counts, strict=True):
+            low = ends.low[below.design]
+            high = ends.high[below.design]
+            may_break |= (is_near & ((low > start) | (high < stop))).any(axis=(1, 2))
+            is_throughout = (low > stop) | (high < start)
+            stays_broken |= (counts & counts_above & is_throughout).any(axis=(1, 2))
+        least = np.minimum(below.power, above.power)
+        most = np.maximum(below.power, above.power)
+        with np.errstate(invalid="ignore"):
+            change = np.where(most == least, 0.0, most - least)
+        may_break &= may_differ
+        may_break |= most + change > 0.0
+        stays_broken |= least - change > 0.0
+        differs = below.is_kept != above.is_kept
+        is_open = np.where(below.is_kept, may_break, ~stays_broken)
+        close = _CLOSE * (above.pretension + 1.0)
+        return np.where(differs, width > close, is_open & (width > finest[below.design] + close))
+
     # --- Windows ----------------------------------------------------------------------------------
 
     def windows(self) -> Window:
-        """Return the windows of the designs, without limits on whole designs."""
-        everywhere = np.ones((1, 2, 1), dtype=np.bool_)
-        inner = self._tightest((everywhere, everywhere))
-        low = np.maximum(inner.low, 0.0)
-        window = _window_of(inner)
-        grows = np.flatnonzero(low <= inner.high)
-        self._move(window, grows, upper=True)
-        self._move(window, grows, upper=False)
-        seeks = np.flatnonzero(~(low <= inner.high))
-        if len(seeks):
-            _put(window, seeks, self.select(seeks).sampled())
+        """Return the widest windows of the designs, without limits on whole designs."""
+        tried = self._all_tried()
+        window = self._conflicts(tried)
+        starts, stops = _widest_runs(tried)
+        self._set(window, tried, starts, upper=False)
+        self._set(window, tried, stops, upper=True)
         is_zero = ~(window.low > 0.0) & ~np.isnan(window.low)
         window.low[is_zero] = 0.0
         window.low_state[is_zero] = -1
@@ -286,286 +434,133 @@ class Search:
         is_endless = np.isinf(window.high)
         window.high_state[is_endless] = -1
         window.high_by[is_endless] = NOTHING
-        return self._within_power(window)
-
-    def _move(self, window: Window, rows: Rows, *, upper: bool) -> None:
-        """Move an end of windows outward, in place, as far as the states that count allow.
-
-        Args:
-            window: Windows, within which no direction of sliding breaks a limit.
-            rows: Designs whose windows are moved.
-            upper: True for upper ends.
-        """
-        if not len(rows):
-            return
-        name = "high" if upper else "low"
-        search = self if len(rows) == self.count else self.select(rows)
-        inside = np.maximum(getattr(window, name)[rows], 0.0)
-        last = self._beyond(rows)
-        inside = np.minimum(inside, last)
-        for _ in range(_MOVES):
-            if not len(rows):
-                return
-            tight = search.tightest(inside)
-            target = np.minimum(tight.high, last) if upper else np.maximum(tight.low, 0.0)
-            is_settled = np.abs(target - inside) <= _SAME * np.abs(target)
-            is_open = is_settled & upper & (tight.high > last)
-            _set(window, name, rows[is_settled], tight.select(np.flatnonzero(is_settled)))
-            window.high[rows[is_open]] = np.inf
-            moves = np.flatnonzero(~is_settled)
-            rows = rows[moves]
-            if not len(rows):
-                return
-            search = search.select(moves)
-            last = last[moves]
-            inside = inside[moves]
-            outside = target[moves]
-            beyond = search.tightest(outside)
-            is_kept = beyond.allows(outside)
-            cut = np.flatnonzero(~is_kept)
-            if len(cut):
-                part = search.select(cut)
-                ends, broken = part.bisect(inside[cut], outside[cut])
-                _set(window, name, rows[cut], broken, ends)
-            kept = np.flatnonzero(is_kept)
-            rows = rows[kept]
-            if len(rows) and len(cut):
-                search = search.select(kept)
-            inside = outside[kept]
-            last = last[kept]
-        if len(rows):
-            _set(window, name, rows, search.tightest(inside), inside)
-
-    def _beyond(self, rows: Rows) -> Array:
-        """Return pretensions beyond every limit of candidates that is one, (rows,), N."""
-        largest = np.zeros(len(rows))
-        for ends in self._ends:
-            for values in (ends.low[rows], ends.high[rows]):
-                finite = np.where(np.isfinite(values), values, 0.0)
-                largest = np.maximum(largest, finite.max(axis=(1, 2)))
-        return largest + _STEP
-
-    def bisect(self, inside: Array, outside: Array) -> tuple[Array, Tightest]:
-        """Bisect between pretensions that keep all limits and some that do not, (N,) each, N.
-
-        Returns:
-            The last that keep them, and the tightest ends just beyond.
-        """
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (inside + outside)
-            keeps = self.tightest(middle).allows(middle)
-            inside = np.where(keeps, middle, inside)
-            outside = np.where(keeps, outside, middle)
-        return inside, self.tightest(outside)
-
-    def sampled(self) -> Window:
-        """Return windows found among samples, or without one the limits that conflict.
-
-        The widest interval of samples that keep them is used.
-        """
-        least = np.full(self.count, -np.inf)
-        most = np.full(self.count, np.inf)
-        for ends in self._ends:
-            least = np.maximum(least, ends.low.min(axis=1).max(axis=1))
-            most = np.minimum(most, ends.high.max(axis=1).min(axis=1))
-        last = np.minimum(most, self._beyond(np.arange(self.count)))
-        first = np.clip(least, 0.0, last)
-        samples = _spread(first, last)  # (N, samples), N
-        tight = self._at_samples(samples)
-        excess = tight.excess(samples.ravel()).reshape(samples.shape)
-        window = _window_of(tight.select(_flat_place(excess.argmin(axis=1))))
-        start, stop = widest(excess <= 0.0)
-        has_kept = start >= 0
-        is_unclear = ~has_kept & (window.low <= window.high)
-        window.low[is_unclear] = np.nan
-        window.high[is_unclear] = np.nan
-        for name, inner, step in (("low", start, -1), ("high", stop, 1)):
-            outer = inner + step
-            is_inside = has_kept & (outer >= 0) & (outer < _SAMPLES)
-            edge = np.take_along_axis(samples, np.maximum(inner, 0)[:, np.newaxis], axis=1)[:, 0]
-            at_edge = np.flatnonzero(has_kept & ~is_inside)
-            _set(window, name, at_edge, tight.select(_flat_place(inner)[at_edge]), edge[at_edge])
-            cut = np.flatnonzero(is_inside)
-            if len(cut):
-                found, broken = self.select(cut).bisect(edge[cut], samples[cut, outer[cut]])
-                _set(window, name, cut, broken, found)
         return window
 
-    def _at_samples(self, samples: Array) -> Tightest:
-        """Return the tightest ends at samples, (N, samples) N, of each design in turn."""
-        first = self.tightest(samples[:, 0])
-        found: list[Any] = [np.repeat(values[:, np.newaxis], _SAMPLES, axis=1) for values in first]
-        # Where limits conflict at every pretension, all samples are one.
-        apart = np.flatnonzero(samples[:, -1] > samples[:, 0])
-        if len(apart):
-            search = self if len(apart) == self.count else self.select(apart)
-            for part in search.portions(1, _SAMPLES):
-                tight: tuple[Any, ...] = search.tightest(samples[apart, part].T)
-                for of_all, values in zip(found, tight, strict=True):
-                    of_all[apart, part] = values.T
-        return Tightest(*(values.ravel() for values in found))
+    def _conflicts(self, tried: Tried) -> Window:
+        """Return what stands in for the windows of designs that have none.
 
-    def portions(self, first: int, last: int) -> Iterator[slice]:
-        """Yield slices of samples of pretension at which all designs are worked out together."""
-        step = max(1, _STATES_AT_ONCE // (self.count * len(self.trajectory.time)))
-        for start in range(first, last, step):
-            yield slice(start, min(start + step, last))
+        That are the tightest ends where the states miss their limits by least; NaN if no pretension
+        suits a state, or if the ends do not tell why.
+        """
+        order = np.lexsort((tried.excess, tried.design))
+        place = order[np.searchsorted(tried.design, np.arange(self.count))]
+        tight = tried.select(place).tight
+        by_power = tried.excess[place] <= 0.0
+        is_hopeless = np.isposinf(tight.low) | np.isneginf(tight.high)
+        is_hopeless |= tight.low <= tight.high
+        unknown = np.full(self.count, np.nan)
+        return Window(
+            low=np.where(is_hopeless, np.nan, tight.low),
+            high=np.where(is_hopeless, np.nan, tight.high),
+            low_state=np.where(by_power, -1, tight.low_state),
+            high_state=np.where(by_power, -1, tight.high_state),
+            low_angle=unknown.copy(),
+            high_angle=unknown.copy(),
+            low_by=np.where(by_power, POWER, tight.low_by).astype(np.int8),
+            high_by=np.where(by_power, POWER, tight.high_by).astype(np.int8),
+        )
+
+    def _set(self, window: Window, tried: Tried, ends: Rows, *, upper: bool) -> None:
+        """Set the lower or upper ends of windows and the limits that bind there, in place.
+
+        Args:
+            window: The windows.
+            tried: All that was tried, by design and pretension.
+            ends: Places of the last pretensions that keep the limits, one for each such design.
+            upper: True for upper ends.
+        """
+        name = "high" if upper else "low"
+        step = 1 if upper else -1
+        kept = tried.select(ends)
+        tightest = getattr(kept.tight, name)
+        beyond = np.clip(ends + step, 0, len(tried.design) - 1)
+        is_last = (beyond == ends) | (tried.design[beyond] != kept.design)
+        broken = tried.select(np.where(is_last, ends, beyond))
+        is_exact = np.abs(tightest - kept.pretension) <= 2.0 * _CLOSE * (kept.pretension + 1.0)
+        end = np.where(is_exact, tightest, kept.pretension)
+        is_low = broken.tight.low - broken.pretension > broken.pretension - broken.tight.high
+        is_low = np.where(is_last, not upper, is_low)
+        state = np.where(is_low, broken.tight.low_state, broken.tight.high_state)
+        by = np.where(is_low, broken.tight.low_by, broken.tight.high_by)
+        by_power = ~is_last & (broken.excess <= 0.0)
+        if by_power.any():
+            rows = np.flatnonzero(by_power)
+            state[rows] = self._states_of_most_power(kept.design[rows], end[rows])
+            by = np.where(by_power, POWER, by)
+        if upper:
+            end = np.where(is_last & (tightest > kept.pretension) & ~is_exact, np.inf, end)
+        getattr(window, name)[kept.design] = end
+        getattr(window, f"{name}_state")[kept.design] = state
+        getattr(window, f"{name}_by")[kept.design] = by
 
     # --- Power ------------------------------------------------------------------------------------
 
-    def _within_power(self, window: Window) -> Window:
-        """Return windows with the limit on the motor's power, too.
+    def _power_excess(self, designs: Rows, moving: Moving) -> Array:
+        """Return the excess over the limit on power as a share of it, (tried,).
 
-        It allows no half-line of pretensions: the widest interval among samples is used, with ends
-        by a search for the root of the excess.
+        It is minus infinity where no sample has power, or nothing bounds it.
         """
-        rows = np.flatnonzero(window.low <= window.high)
-        if not self.bounds.asks_power or not len(rows):
-            return window
-        search = self.select(rows)
-        part = Window(**{name: values[rows] for name, values in vars(window).items()})
-        search.cut_to_widest(part)
-        for name in ("low", "high"):
-            is_by_power = getattr(part, f"{name}_by") == POWER
-            by_power = np.flatnonzero(is_by_power & np.isfinite(getattr(part, name)))
-            if len(by_power):
-                ends = getattr(part, name)[by_power]
-                states = search.select(by_power).states_of_most_power(ends)
-                getattr(part, f"{name}_state")[by_power] = states
-        _put(window, rows, part)
-        return window
-
-    def cut_to_widest(self, window: Window) -> None:
-        """Cut windows to the widest interval within the limit on power, in place."""
-        samples = _spread(window.low, self._last_within_power(window))  # (N, samples), N
-        parts = [self.power_excess(samples[:, part].T) for part in self.portions(0, _SAMPLES)]
-        excess = np.concatenate(parts).T  # (N, samples)
-        start, stop = widest(~(excess > 0.0))
-        has_kept = start >= 0
-        for name, inner, step in (("low", start, -1), ("high", stop, 1)):
-            ends = getattr(window, name)
-            outer = inner + step
-            cut = np.flatnonzero(has_kept & (outer >= 0) & (outer < _SAMPLES))
-            ends[~has_kept] = np.nan
-            if len(cut):
-                part = self.select(cut)
-                ends[cut] = part.root(samples[cut, inner[cut]], samples[cut, outer[cut]])
-            moved = np.append(np.flatnonzero(~has_kept), cut)
-            getattr(window, f"{name}_by")[moved] = POWER
-            getattr(window, f"{name}_state")[moved] = -1
-
-    def _last_within_power(self, window: Window) -> Array:
-        """Return the upper ends up to which the limit on power is sought, (N,), N.
-
-        A window without an upper end is followed until it is broken: it may bind far beyond the
-        other limits.
-        """
-        is_endless = np.isinf(window.high)
-        last = np.where(is_endless, self._beyond(np.arange(self.count)), window.high)
-        for _ in range(_DOUBLINGS):
-            is_kept = is_endless & (self.power_excess(last) <= 0.0)
-            if not is_kept.any():
-                break
-            last = np.where(is_kept, window.low + 2.0 * (last - window.low), last)
-        return last
-
-    def power_excess(self, pretension: Array) -> Array:
-        """Return the excess over the limit on power at pretensions, (..., N), N, as a share of it.
-
-        It is minus infinity where no sample has power.
-        """
+        if not self.bounds.asks_power:
+            return np.full(len(designs), -np.inf)
         name = LIMIT_NAMES[POWER]
         bound = np.asarray(self.bounds[name])
-        of_designs = bound.reshape(-1) if bound.ndim else bound
-        power = motion_columns(self._at(pretension), [name])[name]
+        of_designs = bound.reshape(-1)[designs] if bound.size > 1 else bound.reshape(-1)
+        power = motion_columns(moving, [name])[name]
         share = (power - of_designs) / np.maximum(of_designs, _TINY)
-        return np.broadcast_to(np.where(np.isnan(share), -np.inf, share), pretension.shape)
+        return np.where(np.isnan(share), -np.inf, share)
 
-    def root(self, inside: Array, outside: Array) -> Array:
-        """Return the last pretensions that keep the limit on power, (N,), N.
-
-        Between those that do and those that do not, a secant is tried and the interval halved in
-        turn, so that jumps of the excess do no harm.
-        """
-        low = inside
-        high = outside
-        of_low = self.power_excess(low)
-        of_high = self.power_excess(high)
-        for attempt in range(_ROOT_STEPS):
-            with np.errstate(divide="ignore", invalid="ignore"):
-                share = of_low / (of_low - of_high)
-            share = np.where(np.isfinite(share), share, 0.5)
-            if attempt % 3 == 2:
-                share = np.full(share.shape, 0.5)
-            # A step past the root brings in the far end, too.
-            nudge = np.where(attempt % 3 == 1, 1e-9, -1e-9)
-            middle = low + np.clip(share + nudge, 0.0, 1.0) * (high - low)
-            of_middle = self.power_excess(middle)
-            keeps = of_middle <= 0.0
-            low = np.where(keeps, middle, low)
-            of_low = np.where(keeps, of_middle, of_low)
-            high = np.where(keeps, high, middle)
-            of_high = np.where(keeps, of_high, of_middle)
-            if np.all(np.abs(high - low) <= _CLOSE * np.abs(high)):
-                break
-        return low
-
-    def states_of_most_power(self, pretension: Array) -> Rows:
-        """Return the states in which the motor gives most at pretensions, (N,), N."""
-        moving = self._at(pretension)
+    def _states_of_most_power(self, designs: Rows, pretension: Array) -> Rows:
+        """Return the states in which the motor gives most at pretensions, (tried,), N."""
+        moving = self._select(designs).at_pretension(pretension[:, np.newaxis, np.newaxis])
         counted = self.trajectory.counted
-        shape = (self.count, 1, len(self.trajectory.time))
+        shape = (len(designs), 1, len(self.trajectory.time))
         power = np.broadcast_to(moving.power, shape)
         known = np.where(moving.passing | np.isnan(power), -np.inf, power)[:, 0, counted]
         sample = counted.start + known.argmax(axis=1)
-        flexes = moving.flexion.reshape(self.count, -1)[np.arange(self.count), sample]
+        flexes = moving.flexion.reshape(len(designs), -1)[np.arange(len(designs)), sample]
         return np.asarray(np.where(flexes, 0, shape[-1]) + sample)
 
 
-def _window_of(tight: Tightest) -> Window:
-    """Return the tightest ends as windows; NaN where no pretension suits a state."""
-    is_hopeless = np.isinf(tight.low) & (tight.low > 0.0)
-    is_hopeless |= np.isinf(tight.high) & (tight.high < 0.0)
-    unknown = np.full(len(tight.low), np.nan)
-    return Window(
-        low=np.where(is_hopeless, np.nan, tight.low),
-        high=np.where(is_hopeless, np.nan, tight.high),
-        low_state=tight.low_state.copy(),
-        high_state=tight.high_state.copy(),
-        low_angle=unknown.copy(),
-        high_angle=unknown.copy(),
-        low_by=tight.low_by.copy(),
-        high_by=tight.high_by.copy(),
-    )
+def _with_neighbours(flags: Flags) -> Flags:
+    """Return flags of samples, (..., K), with those of two samples before and after each."""
+    flat = flags.reshape(-1, flags.shape[-1])
+    return with_neighbours(with_neighbours(flat)).reshape(flags.shape)
 
 
-def _spread(first: Array, last: Array) -> Array:
-    """Return samples from first to last pretensions, (N, samples), N."""
-    shares = np.linspace(0.0, 1.0, _SAMPLES)
-    return np.asarray(first[:, np.newaxis] + (last - first)[:, np.newaxis] * shares)
+def _between(below: Tried, above: Tried, *, is_aimed: bool) -> Array:
+    """Return pretensions between others, N.
 
-
-def _flat_place(sample: Rows) -> Rows:
-    """Return the places of one sample of each design, (N,), among all of all designs."""
-    return np.arange(len(sample)) * _SAMPLES + sample
-
-
-def _set(window: Window, name: str, rows: Rows, tight: Tightest, ends: Array | None = None) -> None:
-    """Set one end of windows and the limit that binds there, in place.
-
-    Args:
-        window: Windows.
-        name: "low" or "high".
-        rows: Windows that are set.
-        tight: Tightest ends of these.
-        ends: Ends of these, N, by default the tightest.
+    They lie in the middle; or, between one that is kept and one that is not, where the states that
+    count in the first just keep their limits, and just beyond.
     """
-    getattr(window, name)[rows] = getattr(tight, name) if ends is None else ends
-    getattr(window, f"{name}_state")[rows] = getattr(tight, f"{name}_state")
-    getattr(window, f"{name}_by")[rows] = getattr(tight, f"{name}_by")
+    start = below.pretension
+    stop = above.pretension
+    middle = 0.5 * (start + stop)
+    if not is_aimed:
+        return middle
+    aim = np.where(below.is_kept, below.tight.high, above.tight.low)
+    kept = np.where(below.is_kept, start, stop)
+    outward = np.where(below.is_kept, 1.0, -1.0)
+    beyond = 0.7 * _CLOSE * (stop + 1.0)
+    is_there = np.abs(aim - kept) <= beyond
+    aim = np.where(is_there, kept + outward * beyond, aim)
+    is_between = (below.is_kept != above.is_kept) & (aim > start) & (aim < stop)
+    return np.where(is_between, aim, middle)
 
 
-def _put(window: Window, rows: Rows, part: Window) -> None:
-    """Put windows into the places of some others."""
-    for name, values in vars(part).items():
-        getattr(window, name)[rows] = values
+def _widest_runs(tried: Tried) -> tuple[Rows, Rows]:
+    """Return the first and last place of the widest interval that is kept, one for each design.
+
+    Designs without one are left out.
+    """
+    kept = tried.is_kept
+    is_new = np.append(True, tried.design[1:] != tried.design[:-1])
+    before = np.append(False, kept[:-1]) & ~is_new
+    after = np.append(kept[1:], False) & ~np.append(is_new[1:], True)
+    starts = np.flatnonzero(kept & ~before)
+    stops = np.flatnonzero(kept & ~after)
+    width = tried.pretension[stops] - tried.pretension[starts]
+    order = np.lexsort((width, tried.design[starts]))
+    is_widest = np.append(np.diff(tried.design[starts][order]) != 0, True)[: len(order)]
+    widest = order[is_widest]
+    return starts[widest], stops[widest]

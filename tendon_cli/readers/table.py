@@ -22,7 +22,7 @@ from typing import Any, NoReturn, TypeAlias
 import numpy as np
 
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.files import read_file
+from tendon_cli.files import read_input
 from tendon_cli.readers.clock import Floats, counted_on, evenly, stamps, unwrapped
 from tendon_cli.readers.file_text import PLAIN_START, is_comment, lines_of, raise_all, unpacked
 from tendon_cli.readers.heading import Heading, column_called, columns_named
@@ -494,7 +494,7 @@ def content_of(path: Path, most: int, hint: str | None = None) -> bytes:
         InputError: It cannot be read, or is larger.
     """
     try:
-        return read_file(path, most)
+        return read_input(path, most)
     except (OSError, ValueError) as error:
         if getattr(error, "errno", 0) == errno.EFBIG:
             hint = "cut the log down to the strokes of one rig"

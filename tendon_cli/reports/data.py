@@ -27,6 +27,7 @@ from tendon_cli.model.kinematics import Anchors, Array, Rows
 from tendon_cli.model.moving import Moving
 from tendon_cli.quantities import QUANTITIES, SIDES
 from tendon_cli.space.axis import Axis, evenly_spaced
+from tendon_cli.space.space import Space
 from tendon_cli.studies.axis_words import name_words
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.units import UNITS
@@ -35,6 +36,10 @@ MOST_CELLS = 700_000
 """Largest number of cells of a map."""
 MOST_BYTES = 2_300_000
 """Largest size of all maps together, bytes: a page stays under 5 MB with its library and states."""
+MOST_BYTES_OF_PAGE = 5_000_000
+"""Largest size of a page, bytes, if fewer rows can make it so small."""
+_MOST_CODES = 256
+"""Most words of a column that is packed."""
 MOST_BYTES_OF_GIVEN = 300_000
 """Largest size of the columns together that only filters read, bytes."""
 
@@ -97,11 +102,21 @@ class PageAxis:
         return np.asarray(ascending[np.unique(beside.clip(0, len(ascending) - 1))])
 
 
-def page_axes(cube: Cube) -> list[PageAxis]:
-    """Return the axes of a table, thinned so that a page can hold their product."""
-    positions = thin_axes([axis.length for axis in cube.axes], MOST_CELLS)
+def page_axes(cube: Cube, most: int, kept: Mapping[str, int] | None = None) -> list[PageAxis]:
+    """Return the axes of a table, thinned so that a page can hold their product.
+
+    Args:
+        cube: The table.
+        most: Most rows of the product, but for what is kept.
+        kept: Positions that a page has in any case, by the columns of axes.
+    """
+    positions = thin_axes([axis.length for axis in cube.axes], most)
     return [
-        PageAxis(axis, cube.shown(axis.column), along)
+        PageAxis(
+            axis,
+            cube.shown(axis.column),
+            np.union1d(along, [(kept or {}).get(axis.column, along[0])]),
+        )
         for axis, along in zip(cube.axes, positions, strict=True)
     ]
 
@@ -225,6 +240,9 @@ def given_records(
         columns: Values by the names of the columns, numbers in SI.
     """
     stated = axis_values(cube.axes, cube.study)
+    for name in _carried_columns(cube):
+        values = columns[name].ravel()
+        stated[name] = values if values.dtype == object else values[~np.isnan(values)]
     records = []
     budget = MOST_BYTES_OF_GIVEN
     for name in sorted(columns.keys() - {axis.axis.column for axis in axes}):
@@ -252,13 +270,22 @@ def _given_record(
     if stated.dtype != object:
         return exact_record(shown, values, np.unique(stated))
     words = list(dict.fromkeys(stated.tolist()))
+    if len(words) > _MOST_CODES:
+        return {**_about(shown), "texts": values.ravel().tolist(), "stated": words}
     codes = pack_classes([words.index(word) for word in values.ravel().tolist()])
     return {**_about(shown), "words": words, "codes": codes}
 
 
 def given_columns(cube: Cube) -> list[str]:
     """Return the columns that follow from the axes of a table, the axes included."""
-    return [name for name in axis_values(cube.axes, cube.study) if name in cube.columns]
+    known = (*axis_values(cube.axes, cube.study), *_carried_columns(cube))
+    return [name for name in known if name in cube.columns]
+
+
+def _carried_columns(cube: Cube) -> list[str]:
+    """Return the columns of a table that rows of its axes carry along, such as a price."""
+    carried = Space(cube.axes).carried
+    return [column.column for column in carried if column.column in cube.columns]
 
 
 def truths_record(columns: Mapping[str, ColumnArray]) -> list[dict[str, Any]]:

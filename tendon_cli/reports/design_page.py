@@ -41,7 +41,7 @@ from tendon_cli.reports.data import (
     truths_record,
     within_size,
 )
-from tendon_cli.space.axis import PRETENSION, evenly_spaced
+from tendon_cli.space.axis import PRETENSION, Axis, evenly_spaced
 from tendon_cli.space.space import Space
 from tendon_cli.studies.axis_words import name_words
 from tendon_cli.studies.spaces import space_of
@@ -91,12 +91,12 @@ _WORDS = ("from_by", "to_by")
 """Columns of words: the limits that bound the window below and above."""
 
 
-def design_page(answer: Result) -> str:
-    """Return the page of an answer."""
+def design_page(answer: Result, most: int) -> str:
+    """Return the page of an answer with at most so many choices, and the best one."""
     record = as_answer(answer.record)
     table = answer.kept("choices")
     cube = choices_of(table, answer.study)
-    axes = page_axes(cube)
+    axes = page_axes(cube, most, _places_of_best(record, cube.axes))
     positions = {axis.axis.column: axis.positions for axis in axes}
     read = _read_choices(cube, axes, cube.rows(list(positions), positions).ravel())
 
@@ -214,7 +214,7 @@ def _table(
         name = axis.axis.column
         if axis.axis.is_text:
             about = {"name": name, "label": axis.shown.name, "unit": ""}
-            names = axis.axis.values.tolist()
+            names = axis.axis.values[axis.positions].tolist()
             records.append({**about, "texts": read[name].tolist(), "stated": names})
         else:
             records.append(exact_record(axis.shown, read[name], axis.stated))
@@ -242,14 +242,18 @@ def _start(record: AnswerRecord, axes: Sequence[PageAxis], is_feasible: ColumnAr
 
     Without a best choice it is the middle.
     """
+    if record.best is None:
+        return middle_of(axes, is_feasible.astype(bool))
+    places = _places_of_best(record, [axis.axis for axis in axes])
+    return [int(np.argmin(np.abs(axis.positions - places[axis.axis.column]))) for axis in axes]
+
+
+def _places_of_best(record: AnswerRecord, axes: Sequence[Axis]) -> dict[str, int]:
+    """Return the positions of the best choice by the columns of axes; none without a best one."""
     best = record.best
     if best is None:
-        return middle_of(axes, is_feasible.astype(bool))
-    start = []
-    for axis in axes:
-        place = int(position(axis.axis, value_of(best, axis.axis.column))[0])
-        start.append(int(np.argmin(np.abs(axis.positions - place))))
-    return start
+        return {}
+    return {axis.column: int(position(axis, value_of(best, axis.column))[0]) for axis in axes}
 
 
 def _states(cube: Cube, axes: Sequence[PageAxis], pretension: ColumnArray) -> tuple[Any, Any]:

@@ -20,6 +20,8 @@ _SCRIPTS = ("base", "map", "states", "table", "answers", "start")
 MARK = '<meta name="generator" content="tendon">'
 """Element near the beginning of every page that tendon writes."""
 
+_LONGEST_LIST = 100
+"""Most items of a list of the study that the page prints."""
 _PLOTLY = "plotly-cartesian-4.1.1.min.js"
 
 
@@ -76,7 +78,7 @@ def result_page(
         data: What the scripts draw, as `page_data` returns it.
     """
     title = record["title"] or record["name"]
-    numbers = escape(json.dumps(dict(study), indent=1))
+    numbers = escape(json.dumps(_without_long_lists(dict(study)), indent=1))
     document = (
         f"<details><summary>Every number, in SI units</summary><pre>{numbers}</pre></details>"
     )
@@ -92,6 +94,17 @@ def result_page(
         sections.append(section(name, heading, inner))
     subtitle = f"{kind} by tendon, study {record['study_hash'][:12]}"
     return html_page(title, [head(title, subtitle, links), *sections], data, say.joint_name(study))
+
+
+def _without_long_lists(content: Any) -> Any:
+    """Return the document of a study with the first items of long lists, and a word on the rest."""
+    if isinstance(content, dict):
+        return {name: _without_long_lists(item) for name, item in content.items()}
+    if not isinstance(content, list):
+        return content
+    items = [_without_long_lists(item) for item in content[:_LONGEST_LIST]]
+    more = len(content) - len(items)
+    return [*items, f"… and {more:,} more"] if more else items
 
 
 def _record_table(record: Mapping[str, Any]) -> str:

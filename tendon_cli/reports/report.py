@@ -20,6 +20,8 @@ from tendon_cli.files import check_output, result_path, write_output
 from tendon_cli.registry import load
 from tendon_cli.reports import html
 from tendon_cli.reports.data import (
+    MOST_BYTES_OF_PAGE,
+    MOST_CELLS,
     PageAxis,
     curves,
     given_columns,
@@ -40,6 +42,8 @@ from tendon_cli.reports.data import (
 from tendon_cli.reports.html import MARK
 from tendon_cli.studies.spaces import space_of
 
+_FEWEST_CELLS = 100
+"""Cells of a page that is never made smaller."""
 NAME = "report.html"
 """Name of the page in the folder of its results."""
 
@@ -108,8 +112,13 @@ def _page(folder: Path) -> str:
     result = open_result(folder)
     if not result.kind.page:
         return _plain_page(result)
-    page: str = load(result.kind.page)(result)
-    return page
+    most = MOST_CELLS
+    while True:
+        page: str = load(result.kind.page)(result, most)
+        if len(page) <= MOST_BYTES_OF_PAGE or most <= _FEWEST_CELLS:
+            return page
+        rows = min(most, max(entry.get("rows", 0) for entry in result.record["files"]))
+        most = min(rows * MOST_BYTES_OF_PAGE // len(page), most // 2)
 
 
 def _plain_page(result: Result) -> str:
@@ -126,10 +135,10 @@ def is_page(file: BinaryIO) -> bool:
     return MARK.encode() in file.read(4096)
 
 
-def sweep_page(run: Run) -> str:
-    """Return the page of a finished sweep."""
+def sweep_page(run: Run, most: int) -> str:
+    """Return the page of a finished sweep with at most so many designs."""
     cube = cube_of(run.kept("designs"), run.study)
-    axes = page_axes(cube)
+    axes = page_axes(cube, most)
     positions = {axis.axis.column: axis.positions for axis in axes}
     rows = cube.rows(list(positions), positions)
     names = _results(cube)

@@ -20,6 +20,7 @@ from tendon_cli.say.limit_phrases import (
 )
 from tendon_cli.say.words import (
     WIDTH,
+    JointName,
     align_cells,
     all_of,
     at_least,
@@ -61,6 +62,7 @@ __all__ = [
     "WIDTH",
     "Block",
     "Clause",
+    "JointName",
     "LimitValues",
     "LimitWords",
     "Section",

@@ -6,11 +6,14 @@ have as many significant digits as are asked for, and no exponent where people w
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context
+from functools import lru_cache
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 from tendon_cli import units
@@ -403,38 +406,83 @@ def _aligned(cells: Sequence[str], widths: Sequence[int]) -> str:
 
 # --- The joint ------------------------------------------------------------------------------------
 
-_ELBOW = re.compile(r"\b(?:(an?) )?(elbow)\b", re.IGNORECASE)
+_ELBOW = r"\b(?:(?P<article>an?) )?(?P<elbow>elbow)\b"
+_MOST_OWN_WORDS = 1000
+"""Most texts of a study about an elbow that are looked for."""
 
 
-def joint_name(study: Any) -> str:
+class JointName(str):
+    """Name of a study's joint, with the texts of the study itself that speak of an elbow.
+
+    These are the user's, such as the name of a part, and stay as they are in every text.
+    """
+
+    __slots__ = ("own_words",)
+    own_words: tuple[str, ...]
+
+    @classmethod
+    def of(cls, name: str, texts: Iterable[str]) -> JointName:
+        """Return the name of a joint, with those of some texts that speak of an elbow."""
+        joint = cls(name)
+        about = (text for text in texts if "elbow" in text.casefold())
+        joint.own_words = tuple(dict.fromkeys(about))[:_MOST_OWN_WORDS]
+        return joint
+
+
+def joint_name(study: Any) -> JointName:
     """Return the name of a study's joint, "elbow" by default.
 
     `study` is a `Study`, its document, or a record that holds one.
     """
     if isinstance(study, Record):
-        study = study["study"]
+        return joint_name(study["study"])
     while isinstance(study, Mapping) and "study" in study:
         study = study["study"]
-    if isinstance(study, Mapping):
-        return str(study.get("joint", {}).get("name", "elbow"))
-    return str(study.joint.name)
+    if not isinstance(study, Mapping):
+        return JointName.of(study.joint.name, study.own_words)
+    return JointName.of(study.get("joint", {}).get("name", "elbow"), _texts_in(study))
+
+
+def _texts_in(content: Any) -> Iterator[str]:
+    """Yield all texts in the document of a study but its keys."""
+    if isinstance(content, str):
+        yield content
+    elif isinstance(content, (Mapping, list, tuple)):
+        for item in content.values() if isinstance(content, Mapping) else content:
+            yield from _texts_in(item)
 
 
 def name_joint(text: str, study: Any) -> str:
     """Put the name of the study's joint into a text about the elbow: "the ankle", "a wrist".
 
-    Keys and columns such as `elbow_angle` stay. `study` is what `joint_name` takes, or the word
-    itself.
+    Keys and columns such as `elbow_angle` stay, and so do words of the study's own. `study` is what
+    `joint_name` takes, or the word itself.
     """
     word = study if isinstance(study, str) else joint_name(study)
     if word == "elbow":
         return text
+    own_words = word.own_words if isinstance(word, JointName) else ()
     ending = "n" if word[0].lower() in "aeiou" else ""  # "a" or "an"
 
     def named(match: re.Match[str]) -> str:
         """Return the joint with its article, capitalised as the elbow was."""
-        article, elbow = match.groups()
+        article = match["article"]
+        elbow = match["elbow"]
+        if elbow is None:
+            return match[0]
         joint = word[0].upper() + word[1:] if elbow[0].isupper() else word
         return joint if article is None else f"{article[0]}{ending} {joint}"
 
-    return _ELBOW.sub(named, text)
+    return _elbow_or(own_words).sub(named, text)
+
+
+@lru_cache(maxsize=32)
+def _elbow_or(own_words: tuple[str, ...]) -> re.Pattern[str]:
+    """Return a pattern of an elbow, or of a user's words as they stand in a text, HTML or JSON."""
+    spelled = []
+    for words in own_words:
+        spelled += [words, escape(words), json.dumps(words)[1:-1]]
+    by_length = sorted(set(spelled), key=len, reverse=True)
+    # Lines of a text may be broken anywhere.
+    kept = [r"\s+".join(map(re.escape, words.split())) for words in by_length]
+    return re.compile("|".join([*kept, _ELBOW]), re.IGNORECASE)

@@ -53,6 +53,7 @@ Box = tuple[slice, ...]
 _SCALE = "scale of "
 _FACTOR = "factor of "
 _SHIFT = "shift of "
+_SPRING = "spring."
 _MOST_TOLD = 2
 """Most numbers by which a row of a named axis is told from the others."""
 
@@ -211,6 +212,14 @@ class CarriedColumn:
     """Numbers, NaN in a row without one, or places in `words`, (rows,)."""
     words: tuple[str, ...] = ()
     """Words of a column of text; empty for a column of numbers."""
+    numbers: Array | None = None
+    """Numbers among the words of a column of text, (rows,), NaN for every other word; None if
+    there are none."""
+
+    @property
+    def addends(self) -> Array | None:
+        """Numbers to add to those of other tables, (rows,); None for a column without any."""
+        return self.numbers if self.words else self.values
 
     def text(self, row: int) -> str:
         """Return the value of a row in words: "14 EUR", "mass 390 g", "A"; empty if it has none.
@@ -262,6 +271,14 @@ class NamedAxis(Axis):
             carried: Columns that the rows carry along.
         """
         return cls(key, key, sets, names, role, weighting=weighting, carried=carried)
+
+    @property
+    def pieces(self) -> int:
+        """Number of parts that a row stands for: 2 of a table of single springs, one a side."""
+        of_parts = [key for key in self.keys if limit_of(key) is None]
+        are_springs = all(key.startswith(_SPRING) for key in of_parts)
+        is_of_both = all(split_side(key)[1] is None for key in of_parts)
+        return 2 if of_parts and are_springs and is_of_both and self.role == "choice" else 1
 
     @cached_property
     def _places(self) -> dict[str, int]:

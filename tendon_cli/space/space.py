@@ -229,7 +229,10 @@ class Space:
 
     @cached_property
     def carried(self) -> tuple[Carried, ...]:
-        """Columns that named axes carry along: each by itself, then the sums of those of a name."""
+        """Columns that named axes carry along: each by itself, then the sums of those of a name.
+
+        A sum counts the springs of both sides.
+        """
         columns = []
         sums: dict[str, list[tuple[int, CarriedColumn]]] = {}
         for place, axis in enumerate(self.axes):
@@ -238,9 +241,21 @@ class Space:
             for column in axis.carried:
                 name = f"{axis.key}_{column.name}"
                 columns.append(Carried(name, (axis.key,), ((place, column),)))
-                if not column.words:
-                    sums.setdefault(column.name, []).append((place, column))
-        for name, parts in sums.items():
+                sums.setdefault(column.name, []).append((place, column))
+        for name, stated in sums.items():
+            with_numbers = [column for _, column in stated if column.addends is not None]
+            if not with_numbers:
+                continue
+            parts = []
+            for place, column in stated:
+                # A sum over a part whose number is not known is not known.
+                addends = column.addends
+                if addends is None:
+                    addends = np.full(len(column.values), np.nan)
+                axis = self.axes[place]
+                pieces = axis.pieces if isinstance(axis, NamedAxis) else 1
+                of_all = CarriedColumn(name, with_numbers[0].unit, pieces * addends)
+                parts.append((place, of_all))
             keys = tuple(self.axes[place].key for place, _ in parts)
             columns.append(Carried(name, keys, tuple(parts)))
         return tuple(columns)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.errors import Fault, InputError, StudyError
-from tendon_cli.files import read_file
+from tendon_cli.files import read_input
 from tendon_cli.quantities import SIDES
 from tendon_cli.readers.table import read_table
 from tendon_cli.studies import angle_curves
@@ -440,7 +440,7 @@ class Attachments:
         if name is None:
             return None
         try:
-            return read_file(self.folder / self.places.folder_of(key) / name, most)
+            return read_input(self.folder / self.places.folder_of(key) / name, most)
         except FileNotFoundError:
             stated_by = self.places.file_of(key)
             neighbour = "the study" if stated_by is None else shown(stated_by)

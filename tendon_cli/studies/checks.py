@@ -98,7 +98,7 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
     if study.people is not None:
         faults += study.people.contradictions()
     quantities = {name: key.quantity for path, key in keys().items() for name in (path, key.column)}
-    faults += figure_faults(study.figure, quantities, at_fault)
+    faults += figure_faults(study.figure, quantities, [*_own_columns(study)], at_fault)
     return faults
 
 
@@ -490,6 +490,14 @@ def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
                 yield Fault("design.maximise", problem)
 
 
+def _own_columns(study: Study) -> Iterator[str]:
+    """Yield the columns that name the rows of a study's tables, or that these carry along."""
+    for table in study.row_tables:
+        yield table.key
+        for column in table.carried:
+            yield from (f"{table.key}_{column.name}", column.name)
+
+
 def _choice_columns(study: Study, at_fault: set[str]) -> Iterator[str]:
     """Yield the columns of the axes that are choices, or would be if they were not at fault."""
     for key in (*study.axes, *sorted(at_fault)):
@@ -501,7 +509,9 @@ def _choice_columns(study: Study, at_fault: set[str]) -> Iterator[str]:
         yield from (keys()[key].column for key in table.keys if key in keys())
         for column in table.carried:
             if not column.words:
-                yield from (f"{table.key}_{column.name}", column.name)
+                yield f"{table.key}_{column.name}"
+            if column.addends is not None:
+                yield column.name
 
 
 def _lacking(study: Study, column: str, at_fault: set[str]) -> str | None:

@@ -4,7 +4,7 @@
 # every start.
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
 from pydantic import (
@@ -231,13 +231,17 @@ def figure_spec(**given: Any) -> FigureSpec:
 
 
 def figure_faults(
-    figures: tuple[FigureSpec, ...], axes: Mapping[str, Quantity], at_fault: set[str]
+    figures: tuple[FigureSpec, ...],
+    axes: Mapping[str, Quantity],
+    own_columns: Sequence[str],
+    at_fault: set[str],
 ) -> Iterator[Fault]:
     """Yield the faults of a study's figures: names, columns, overlays and filters.
 
     Args:
         figures: The figures that the study declares.
         axes: Quantities of the study's numbers, by their keys and by their columns.
+        own_columns: Columns that name the rows of the study's tables, or are carried by these.
         at_fault: Dotted keys that are wrong by themselves and were left out.
     """
     names = [figure.name for figure in figures]
@@ -246,17 +250,23 @@ def figure_faults(
         if figure.name is not None:
             if figure.name in names[:at]:
                 yield Fault(f"{place}.name", f'"{figure.name}" names two figures')
-            yield from _column_faults(figure, place, axes)
+            yield from _column_faults(figure, place, (*axes, *own_columns))
             yield from _overlay_faults(figure, place)
             yield from _filter_faults(figure, place, axes)
         elif f"{place}.name" not in at_fault:
             yield Fault(f"{place}.name", "is missing, each entry of figure needs it")
 
 
-def _column_faults(figure: FigureSpec, place: str, axes: Mapping[str, Quantity]) -> Iterator[Fault]:
-    """Yield a fault for each column of a figure that its table does not have."""
+def _column_faults(figure: FigureSpec, place: str, columns: Sequence[str]) -> Iterator[Fault]:
+    """Yield a fault for each column of a figure that its table does not have.
+
+    Args:
+        figure: The figure.
+        place: Its place in the study, for errors.
+        columns: Keys and columns of the study's numbers, and columns of its tables.
+    """
     results = OF_STATES if figure.table == "states" else OF_DESIGNS
-    varied = (*axes, "direction", "elbow_angle", "case")
+    varied = (*columns, "direction", "elbow_angle", "case")
     named: list[tuple[str, str | None, tuple[str, ...]]] = [
         ("colour", figure.colour, varied),
         ("panels", figure.panels, varied),

@@ -78,17 +78,24 @@ def _number(key: str, law: Mapping[str, Any]) -> StudyNumber:
     dimension = mark.quantity.dimension
     unit = "" if dimension == "number" else f" {SI_UNIT[dimension]}"
     if "from" in law:
-        text = f"{float(law['from'])!r}{unit} to {float(law['to'])!r}{unit}"
+        text = f"{_plain(law['from'])!r}{unit} to {_plain(law['to'])!r}{unit}"
         number = mark.read(text)
     else:
-        value = float(law["value"])
-        deviation = float(law["std"])
+        value = _plain(law["value"])
+        deviation = _plain(law["std"])
         mean: object = value if not unit else f"{value!r}{unit}"
         std: object = deviation if not unit else f"{deviation!r}{unit}"
         number = mark.read({"mean": mean, "std": std})
     if number is None:
         raise ValueError(f"{shorten(key)} has no value")
     return number
+
+
+def _plain(value: object) -> float:
+    """Return a number; raise TypeError for anything else, such as true."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise TypeError(f"{value!r} is not a number")
+    return float(value)
 
 
 def with_numbers(study: Study, numbers: Mapping[str, StudyNumber]) -> Study:

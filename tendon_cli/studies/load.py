@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from tendon_cli.errors import Fault, InputError, StudyError, TendonError, UsageError
 from tendon_cli.files import path_of
-from tendon_cli.space.axis import SPRING_AT, split_side
+from tendon_cli.space.axis import PRETENSION, SPRING_AT, split_side
 from tendon_cli.studies.attachments import Attachments
 from tendon_cli.studies.checks import (
     contradictions,
@@ -186,6 +186,7 @@ def study_from(
     order: tuple[str, ...] = (),
     settings: tuple[str, ...] = (),
     sources: Mapping[str, dict[str, Any]] | None = None,
+    is_recorded: bool = False,
 ) -> Study:
     """Return a checked study from a plain dictionary, whose base is merged into it already.
 
@@ -198,6 +199,9 @@ def study_from(
             the order of the content.
         settings: Keys that the command line sets, or `vary`; no table may set them, too.
         sources: Name and hash of the files of the study itself, by the key that names each.
+        is_recorded: True for the study of a record. An answer sets suits by a gauge that the study
+            may not name, and its own pretension, which the answer does not use, need not be one
+            that this gauge can show.
 
     Raises:
         StudyError: The study has faults; all of them are listed, by line.
@@ -224,7 +228,8 @@ def study_from(
         if not faults:
             faults += curve_faults(study)
             study = with_readable_default(study)
-            faults += impossibilities(study)
+            impossible = impossibilities(study)
+            faults += [one for one in impossible if not (is_recorded and one.key == PRETENSION)]
     if faults and all(fault.is_of_file for fault in faults):
         raise _input_error(faults)
     if study is None or faults:
@@ -278,7 +283,8 @@ def recorded_study(record: Mapping[str, Any]) -> Study:
     """
     axes = tuple(record["axes"])
     content = {"allow_implausible": True, **record["study"]}
-    return study_from(content, order=axes).ordered(axes, record["sources"])
+    study = study_from(content, order=axes, is_recorded=True)
+    return study.ordered(axes, record["sources"])
 
 
 # --- Content of a program or a file --------------------------------------------------------------

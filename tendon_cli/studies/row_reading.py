@@ -61,7 +61,17 @@ _UNSTATED = ("inf", "+inf", "-inf", "infinity", "\u221e", "nan", "na", "n/a", "-
 _HEADER = re.compile(r"^(.*?)\s*(?:[(\[](.*)[)\]])?\s*$", re.DOTALL)
 _NUMBER = re.compile(r"[+-]?([0-9]{1,40}\.?[0-9]{0,40}|\.[0-9]{1,40})([eE][+-]?[0-9]{1,3})?")
 _OTHER_COLUMNS = (
-    *("design", "direction", "status", "taut", "stable", "feasible", "on_front", "advice"),
+    *(
+        "condition",
+        "design",
+        "direction",
+        "status",
+        "taut",
+        "stable",
+        "feasible",
+        "on_front",
+        "advice",
+    ),
     *("windows", "weighting", "from_by", "to_by", "between_samples", "choice", "sex"),
     *("from_condition", "to_condition", "from_direction", "to_direction"),
     *("from_elbow_angle", "to_elbow_angle", NAME),
@@ -386,7 +396,8 @@ class RowReader:
         is_word = np.isinf(values)
         for row in np.flatnonzero(is_word).tolist():
             is_word[row] = column[row] == mark.word
-        is_wrong = ~is_word & ~np.isnan(values) & ~((mark.low <= values) & (values <= mark.high))
+        is_possible = np.isfinite(values) & (mark.low <= values) & (values <= mark.high)
+        is_wrong = ~is_word & ~np.isnan(values) & ~is_possible
         wrong = []
         for row in np.flatnonzero(is_wrong).tolist():
             try:
@@ -415,17 +426,28 @@ class RowReader:
 
     def _carried(self, header: RowHeader, column: Sequence[Any]) -> CarriedColumn:
         """Return a column that sets nothing: of numbers if every cell is one, else of text."""
-        empty = [_is_empty(cell) for cell in column]
-        given = [cell for cell, is_empty in zip(column, empty, strict=True) if not is_empty]
-        if given and all(map(_is_number, given)):
-            values = np.full(len(column), np.nan)
-            values[~np.array(empty)] = [float(cell) for cell in given]
-            return CarriedColumn(header.column, header.unit, values)
+        numbers = np.full(len(column), np.nan)
+        for row, cell in enumerate(column):
+            text = _number_text(cell)
+            if text is not None:
+                numbers[row] = self._finite(text, row, header)
+        has_numbers = any(_number_text(cell) is not None for cell in column)
+        if has_numbers and all(_is_empty(cell) or _number_text(cell) for cell in column):
+            return CarriedColumn(header.column, header.unit, numbers)
         texts = ["" if _is_empty(cell) else str(cell) for cell in column]
         words = tuple(dict.fromkeys(("", *texts)))
         places = {word: place for place, word in enumerate(words)}
         positions = np.array([places[text] for text in texts], dtype=np.int64)
-        return CarriedColumn(header.column, header.unit, positions, words)
+        known = numbers if has_numbers else None
+        return CarriedColumn(header.column, header.unit, positions, words, known)
+
+    def _finite(self, text: str, row: int, header: RowHeader) -> float:
+        """Return the number of a text; collect a fault for one that is out of range."""
+        value = float(text)
+        if math.isinf(value):
+            problem = f"{shorten(text)} is out of range"
+            self.faults.append(Fault(self._cell_place(row, header), problem))
+        return value
 
     def _unit(self, header: RowHeader, mark: SingleField) -> Unit | None:
         """Return the unit of a header; None if it is none of the number's, which is a fault."""
@@ -552,14 +574,11 @@ def _number_text(cell: Any) -> str | None:
     if isinstance(cell, bool):
         return None
     if isinstance(cell, (int, float)):
-        return repr(cell) if math.isfinite(cell) else None
+        return (
+            repr(float(cell) if isinstance(cell, float) else cell) if math.isfinite(cell) else None
+        )
     text = str(cell).strip()
     return text if _NUMBER.fullmatch(text) else None
-
-
-def _is_number(cell: Any) -> bool:
-    """Return True for a cell that is a plain number."""
-    return _number_text(cell) is not None
 
 
 def _is_empty(cell: Any) -> bool:
@@ -607,7 +626,7 @@ def carried_faults(tables: Sequence[RowTable]) -> list[Fault]:
                 problem = f"would be the column {own}, which {columns[own]} gives, too"
                 faults.append(Fault(header, problem, "rename one of them"))
             columns[own] = table.where
-            if column.words:
+            if column.addends is None:
                 continue
             if column.name in known_columns() or column.name in columns:
                 path = next((path for path, key in keys().items() if key.column == column.name), "")

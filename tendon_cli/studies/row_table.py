@@ -17,9 +17,12 @@ from tendon_cli.studies.magnitude import Slip
 from tendon_cli.studies.model_words import WORDS_OF, numbers_of_words
 from tendon_cli.studies.parts import Part
 from tendon_cli.studies.values import RIGID
+from tendon_cli.units import shorten
 
 StatedRole = Literal["choice", "condition", "draw"]
 """Role of the rows of a table for a designer, as a study states it."""
+_LONGEST_LIST = 200
+"""Most characters of the rows that a warning lists."""
 NAME = "name"
 """Header of the column with the names of the rows."""
 
@@ -76,6 +79,23 @@ class RowTable:
                     yield f"cases.{row}.{key}", key
             else:
                 yield f"{self.where}: {key}", key
+
+    @property
+    def warnings(self) -> Iterator[str]:
+        """Sentences on cells that are no number in a column that has some: sums are null there."""
+        for column in self.carried:
+            if column.numbers is None:
+                continue
+            words = [column.words[place] for place in column.values.tolist()]
+            unknown = [
+                f'{name} ("{shorten(word)}")' if word else name
+                for name, word, number in zip(self.names, words, column.numbers, strict=True)
+                if math.isnan(number)
+            ]
+            yield (
+                f"table {self.key}: {column.name} is no number in {len(unknown)} of {len(self)}"
+                f" rows, where sums of it are null: {shorten(', '.join(unknown), _LONGEST_LIST)}"
+            )
 
     def document(self) -> dict[str, Any]:
         """Return the table as a record has it: its columns, each behind its header, in SI."""

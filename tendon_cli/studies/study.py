@@ -501,6 +501,16 @@ class Study(Displayed, StudyTables):
         return self._sources
 
     @property
+    def own_words(self) -> Iterator[str]:
+        """Texts that are the user's: title, names of rows, and what these carry along."""
+        yield self.title or ""
+        yield from (str(source.get("file", "")) for source in self.sources.values())
+        for table in self.row_tables:
+            yield from table.names
+            for column in table.carried:
+                yield from column.words
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """Sentences on how the study's files were used."""
         return tuple(str(source["note"]) for source in self.sources.values() if "note" in source)
@@ -522,6 +532,8 @@ class Study(Displayed, StudyTables):
             warnings += warn_of_distributions(marked_numbers(getattr(self, name), name))
         for key, slips in self.slips.items():
             warnings += slip_notes(key, slips)
+        for table in self.row_tables:
+            warnings += table.warnings
         if self.people is not None and not self.people.is_from_file and self.arm.anchors is None:
             warnings += _notes_on_scaled_anchors(self)
         return tuple(warnings)

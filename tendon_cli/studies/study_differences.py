@@ -150,13 +150,28 @@ def _difference(key: str, a: Any, b: Any) -> Difference | None:
         return Difference(key, None, _short(a), _short(b), words)
     if _is_same(key, a, b):
         return None
+    words = (number_words(a, quantity), number_words(b, quantity))
+    kinds = (_kind(a), _kind(b))
+    if words[0] == words[1] and kinds[0] != kinds[1]:
+        words = (f"{words[0]} ({kinds[0]})", f"{words[1]} ({kinds[1]})")
     for digits in _DIGITS:
-        words = (number_words(a, quantity, digits), number_words(b, quantity, digits))
         if words[0] != words[1]:
             break
-    else:
+        words = (number_words(a, quantity, digits), number_words(b, quantity, digits))
+    if words[0] == words[1]:
         words = _first_that_differ(a, b, quantity)
     return Difference(key, quantity.unit, si_value(a, quantity), si_value(b, quantity), words)
+
+
+def _kind(value: Any) -> str:
+    """Return what several values of a number mean."""
+    if not isinstance(value, Mapping):
+        return "drawn evenly" if isinstance(value, str) else "stated"
+    if "num" in value or "step" in value:
+        return "a grid"
+    if "std" in value:
+        return "drawn from a normal distribution"
+    return "drawn evenly" if "tolerance" in value else "every value"
 
 
 def _quantity(key: str) -> Quantity | None:
@@ -185,11 +200,12 @@ def _is_same(key: str, a: Any, b: Any) -> bool:
 
 def _first_that_differ(a: Any, b: Any, quantity: Quantity) -> tuple[str, str]:
     """Return the first values of two lists that differ, in words: "value 3: 4 kN/m"."""
-    for place, pair in enumerate(zip(a, b, strict=False), 1):
-        if pair[0] != pair[1]:
-            first, second = (number_words(value, quantity, max(_DIGITS)) for value in pair)
-            return f"value {place}: {first}", f"value {place}: {second}"
-    raise AssertionError("two values differ whose texts are equal")
+    if isinstance(a, list) and isinstance(b, list):
+        for place, pair in enumerate(zip(a, b, strict=False), 1):
+            if pair[0] != pair[1]:
+                first, second = (number_words(value, quantity, max(_DIGITS)) for value in pair)
+                return f"value {place}: {first}", f"value {place}: {second}"
+    return str(a), str(b)
 
 
 def _short(value: Any) -> Any:

@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.files import CSV, STUDIES, TABLE, kind_of_file, read_file
+from tendon_cli.files import CSV, STUDIES, TABLE, kind_of_file, read_input
 from tendon_cli.studies.toml_reading import (
     LONG_INTEGER,
     MAX_BYTES,
@@ -91,7 +91,7 @@ def _bytes(path: Path) -> bytes:
     """
     try:
         if path != STDIN:
-            return read_file(path, MAX_BYTES)
+            return read_input(path, MAX_BYTES)
         content = sys.stdin.buffer.read(MAX_BYTES + 1) if sys.stdin is not None else b""
     except FileNotFoundError:
         raise refused("no such file", _hint_at_files(path.parent)) from None

@@ -137,7 +137,10 @@ class _BetweenField(FieldMark):
             instead = instead_of(key.split("."))
             if instead is not None:
                 raise fault_inside(key, fault(IS_GONE, instead))
-            if key not in row_keys() or key not in keys():
+            if key in row_keys() and key not in keys():
+                problem = "is a choice of words, which has no range; rows of a table take it"
+                raise fault_inside(key, fault(problem))
+            if key not in row_keys():
                 near = hint_at_nearest(key, row_keys(), cutoff=0.6)
                 raise fault_inside(shorten(key), fault("unknown key", near))
             try:
@@ -269,7 +272,9 @@ class TableSection(Part):
             at: Place of the table in the study, from 0.
         """
         known: dict[str, Uncertain] = {
-            key: number.uncertain for key, number in self.between.items() if number.uncertain
+            key: number.uncertain
+            for key, number in sorted(self.between.items())
+            if number.uncertain
         }
         count = self.count or 1
         numbers = sample_numbers(known, self.sample or "sobol", count, self._seed)

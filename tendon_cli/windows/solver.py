@@ -36,7 +36,7 @@ _STATES_AT_ONCE = 2**21
 _MOTOR_IN_NUMPY = 64
 """Factor by which a portion is smaller for power and a whole motion, so that NumPy's arrays of all
 states stay in the cache."""
-_MOTION_IN_NUMPY = 32
+_MOTION_IN_NUMPY = 128
 """Factor by which a portion is smaller along a trajectory, of which NumPy has all states."""
 _SAME_ANGLE = 1e-12
 """Distance within which two angles are the same but for rounding, rad."""
@@ -323,9 +323,7 @@ class Solver:
                 )
                 angle[pairs] = np.where(np.isnan(found), angle[pairs], found)
 
-    def _may_bind(
-        self, ends: Ends, points: Points, reading: Reading | None
-    ) -> tuple[Flags, Flags]:
+    def _may_bind(self, ends: Ends, points: Points, reading: Reading | None) -> tuple[Flags, Flags]:
         """Return True for lower and upper ends that may set the window of their choice.
 
         They may do so once they are sought between the angles; both are (choices, conditions).

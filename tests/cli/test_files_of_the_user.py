@@ -152,6 +152,30 @@ def test_a_csv_that_the_study_reads_is_never_taken_for_an_export(tendon, place):
     assert tendon("export", "of-joined", "out.csv").exit == 0
 
 
+def test_no_command_writes_over_what_its_own_study_reads(tendon, place):
+    """Not even on demand: the study would be lost with it."""
+    rows = "# our own list\nname,spring.stiffness (kN/m)\nS5,5\nS8,8\n"
+    (place / "springs.csv").write_text(rows)
+    (place / "base.toml").write_text(STUDY)
+    study = 'extends = "base.toml"\n[[table]]\nname = "spring"\nfile = "springs.csv"\n'
+    (place / "parts.toml").write_text(study)
+    (place / "link.csv").symlink_to("springs.csv")
+    commands = [
+        *(
+            ("export", "parts.toml", name, "--table", "spring")
+            for name in ("springs.csv", "link.csv")
+        ),
+        *(("plot", "parts.toml", "--arm", "--out", name) for name in ("parts.toml", "base.toml")),
+    ]
+    for words in commands:
+        for more in ((), ("--overwrite",)):
+            refused = tendon(*words, *more)
+            assert refused.exit == 2, (words, more)
+    assert (place / "springs.csv").read_text() == rows
+    assert (place / "base.toml").read_text() == STUDY
+    assert (place / "parts.toml").read_text() == study
+
+
 def test_a_study_is_never_written_over(tendon, place):
     before = (place / "study.toml").read_bytes()
     assert tendon("init", "study.toml").exit == 2

@@ -13,6 +13,8 @@ from tendon_cli.errors import Stopped
 STUDY = """
 [spring]
 stiffness = ["5 kN/m", "6 kN/m", "7 kN/m"]
+[spool]
+ratio = 0.6
 [load]
 mass = ["0 kg", "2 kg"]
 """

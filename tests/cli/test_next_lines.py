@@ -6,6 +6,7 @@ import pytest
 
 from tendon_cli.studies.starter import examples
 
+DRAWS_USUAL = True  # a fit takes usual deviations for granted
 COMPUTED = ("sweep", "design")
 
 

@@ -3,8 +3,7 @@
 Files in a folder ask for accidents. `kill`, `fail` and `full` hold the first design of the part
 that they strike, `hold` that of the only part that is made while the file is there, `slow` the
 seconds that every part takes longer, `kill_choices` and `kill_choices_once` a part of the choices
-of a design, `old` the version that pyarrow shall seem to have. `sparing` makes the worker compute
-the worst of the few choices that matter, and `blind` hides the run folder.
+of a design, `old` the version that pyarrow shall seem to have. `blind` hides the run folder.
 """
 
 import os
@@ -20,7 +19,6 @@ from tendon_cli.engine import plan as plan_module
 from tendon_cli.engine.cluster import worker
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.errors import OutputError, Stopped
-from tendon_cli.windows import candidates
 
 HAZARDS = Path(os.environ["TENDON_TEST_HAZARDS"])
 STATES_PER_PART = int(os.environ["TENDON_TEST_STATES_PER_PART"])
@@ -64,7 +62,6 @@ def fill_choices_dangerously(self, tables, index):
         (HAZARDS / "kill_choices_once").unlink()
         os.kill(os.getpid(), signal.SIGKILL)
     time.sleep(float(hazard("slow") or 0))
-    candidates.STATES_FOR_ALL = 0 if hazard("sparing") else 2**30
     return fill_choices(self, tables, index)
 
 

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.answers.exact_numbers import USUAL_DEVIATIONS
+from tendon_cli.answers.assumed import largest_move
 from tendon_cli.errors import StudyError
 from tendon_cli.studies.load import study_from
+from tendon_cli.studies.usual import USUAL
 from tendon_cli.windows.question import question_of
 from tests.answers import answered as known_answer
 from tests.sampled import quick_and_torture
@@ -21,6 +22,11 @@ ROUGH = {"sheath": {"friction": "0.07 +/- 0.014"}}
 
 def answered(**content):
     return known_answer(SUIT | content)
+
+
+def exact_in(answer):
+    """Return what an answer says of numbers that it takes as exact, by key."""
+    return {of["key"]: of for of in answer.record["assumed"] if of["kind"] == "exact"}
 
 
 # --- Draws ----------------------------------------------------------------------------------------
@@ -74,7 +80,7 @@ def test_draws_have_a_spread_of_what_is_not_read():
 
 
 def test_an_exact_number_moves_an_end_as_the_same_question_with_another_value():
-    taken = {record["key"]: record for record in answered().record["taken_as_exact"]}
+    taken = exact_in(answered())
     assert "sheath.friction" in taken
     assert "load.mass" not in taken  # a condition
     assert "joint.stiffness" not in taken  # not stated
@@ -92,28 +98,23 @@ def test_an_exact_number_moves_an_end_as_the_same_question_with_another_value():
 
 def test_what_a_study_draws_is_not_taken_as_exact():
     answer = answered(**ROUGH)
-    taken = [record["key"] for record in answer.record["taken_as_exact"]]
-    assert "sheath.friction" not in taken
-    assert {"arm.a1", "arm.b1", "spring.stiffness", "spool.ratio"} <= set(taken)
-    moves = [
-        max(abs(record["moves_from"] or 0.0), abs(record["moves_to"] or 0.0))
-        for record in answer.record["taken_as_exact"]
-    ]
+    assert "sheath.friction" not in exact_in(answer)
+    kinds = {of["key"]: of["kind"] for of in answer.record["assumed"]}
+    assert kinds["sheath.friction"] == "normal"
+    moves = [largest_move(of) for of in answer.answer.assumed if of.kind != "given"]
     assert moves == sorted(moves, reverse=True)
-    assert "Taken as exact\n" in answer.text
 
 
 def test_persons_leave_out_what_comes_from_their_bodies():
     answer = answered(people={"count": 20}, design={"serve": 0.5})
-    taken = {record["key"] for record in answer.record["taken_as_exact"]}
-    assert "arm.b1" in taken
+    taken = {of["key"] for of in answer.record["assumed"] if of["kind"] != "given"}
     assert not taken & {"arm.forearm_mass", "arm.forearm_com", "arm.load_distance"}
 
 
 def test_usual_deviations_are_those_that_the_documentation_lists():
-    assert USUAL_DEVIATIONS["spring.stiffness"].of(5e3) == 250.0
-    assert USUAL_DEVIATIONS["arm.a1"].of(0.04) == 5e-3
-    assert USUAL_DEVIATIONS["anchor.stiffness"].text("anchor.stiffness") == "a factor of 2"
+    assert USUAL["spring.stiffness"].of(5e3) == 250.0
+    assert USUAL["arm.a1"].of(0.04) == 5e-3
+    assert USUAL["anchor.stiffness"].text("anchor.stiffness") == "a factor of 1.4"
 
 
 # --- The error of the gauge -----------------------------------------------------------------------
@@ -125,7 +126,8 @@ def test_usual_deviations_are_those_that_the_documentation_lists():
 def test_an_error_of_the_gauge_narrows_the_window_by_its_quantile(read):
     exact = answered(setting={"read": read}).record["best"]
     error = {"read": read, "reading_error": "2 N"}
-    drawn = answered(setting=error, uncertainty={"draws": 1024}).record["best"]
+    of_sample = {"uncertainty": {"draws": 1024}, "design": {"verify": 0}}
+    drawn = answered(setting=error, **of_sample).record["best"]
     # 95 % of the errors are above their lower 5 % quantile, at 1.645 standard deviations; the
     # window is wide enough that no error misses both ends.
     assert drawn["pretension_from"] == pytest.approx(exact["pretension_from"] + 2 * 1.645, abs=0.05)
@@ -172,7 +174,7 @@ def test_stiffness_with_needs_a_stiffness():
 def test_a_setting_nearer_to_an_end_than_the_usual_errors_is_always_said():
     near = answered(spring={"stiffness": "3 kN/m"}, spool={"ratio": 0.5})
     best = near.record["best"]
-    moves = [record["moves_from"] or 0.0 for record in near.record["taken_as_exact"]]
+    moves = [record["moves_from"] or 0.0 for record in exact_in(near).values()]
     away = best["pretension"] - best["pretension_from"]
     together = np.linalg.norm(moves)
     assert away < together

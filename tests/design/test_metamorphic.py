@@ -93,8 +93,9 @@ def test_one_more_never_widens_a_window_of_all(contents):
     ids=["loads", "people", "limited people", "draws"],
 )
 def test_a_lower_share_never_narrows_a_window_and_is_served_in_all_of_it(whom):
+    """By the sample itself: without a fresh one, it need not show that so many are served."""
     shares = (1.0, 0.99, 0.95, 0.9, 0.75, 0.5, 0.3)
-    solutions = [solved(**whom, design={"serve": share}) for share in shares]
+    solutions = [solved(**whom, design={"serve": share, "verify": 0}) for share in shares]
     for more, less in pairwise(solutions):
         assert (widths(less) >= widths(more) - 1e-9).all()
         np.testing.assert_allclose(less.served, more.served, atol=1e-12)

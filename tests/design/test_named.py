@@ -33,9 +33,9 @@ def answer(request, tmp_path_factory):
 
 def rows_of(answer):
     """Return the choices that an answer names by their rows, with values as a table has them."""
-    record = answer.record
-    rows = [*record["front"], *record["proved"], record["best"]]
-    return {row["choice"]: flat(row) for row in rows}
+    record = answer.answer
+    rows = [*record.front, *record.proved, record.best]
+    return {row.choice: flat(row) for row in rows}
 
 
 def test_named_choices_are_those_of_the_record_and_of_others_nothing_is_judged(answer):

@@ -308,9 +308,52 @@ def test_the_parts_of_a_choice_stand_in_the_list_with_what_they_carry(tmp_path):
         assert (values["spring"], values["spool"]) == (part["name"], "wide")
         assert values["spring.supplier"] == part["supplier"]
         assert float(values["spring.price"]) == part["price"]
-        assert float(values["price"]) == part["price"] + 10
+        assert float(values["price"]) == 2 * part["price"] + 10
         stiffness = float(part["spring.stiffness"].split()[0])
         assert float(values["spring.flexor.stiffness"]) == 1000.0 * stiffness
+
+
+def ordered(answer, file, **options):
+    """Return an order list by its parts."""
+    return {row["part"]: row for row in rows_of(answer.export("parts", file, **options))}
+
+
+SPRINGS_TO_ORDER = {
+    "plain": {"spring of 4 kN/m": "2"},
+    "spring at the motor": {"spring of 5 kN/m": "2"},
+    "one rigid spring": {"spring of 5 kN/m": "1"},
+    "sides": {"spring of 4 kN/m": "1", "spring of 5 kN/m": "1"},
+}
+
+
+def test_an_order_list_has_the_spring_of_each_side(variants, tmp_path):
+    sides = {"flexor": {"stiffness": "4 kN/m"}, "extensor": {"stiffness": "5 kN/m"}}
+    answers = variants | {"sides": tendon.design(SUIT | {"spring": sides})}
+    found = {}
+    for name in SPRINGS_TO_ORDER:
+        parts = ordered(answers[name], tmp_path / f"{name}.csv")
+        springs = {part: row["quantity"] for part, row in parts.items() if "spring" in part}
+        found[name] = springs
+        assert parts["rope"]["quantity"] == "2"
+        assert parts["strap"]["quantity"] == parts["motor"]["quantity"] == "1"
+    assert found == SPRINGS_TO_ORDER
+
+
+def test_an_order_list_of_catalogues_sums_to_the_price_of_the_choice(tmp_path):
+    springs = [
+        {"name": "A", "spring.stiffness": "5 kN/m", "price": 3, "supplier": "one"},
+        {"name": "B", "spring.stiffness": "8 kN/m", "price": 4, "supplier": "two, or one"},
+    ]
+    spools = [{"name": "wide", "spool.ratio": 0.5, "price": 10}]
+    tables = [{"name": "spring", "rows": springs}, {"name": "spool", "rows": spools}]
+    answer = tendon.design({"table": tables, "load": {"mass": ["0 kg", "5 kg"]}}, tmp_path / "a")
+    for row, part in enumerate(springs):
+        parts = ordered(answer, tmp_path / f"{row}.csv", choice=row)
+        assert parts[f"spring {part['name']}"]["quantity"] == "2"
+        assert parts[f"spring {part['name']}"]["supplier"] == part["supplier"]
+        priced = [one for one in parts.values() if one["price"]]
+        total = sum(int(one["quantity"]) * float(one["price"]) for one in priced)
+        assert total == 2 * part["price"] + 10 == answer.choices["price"][row]
 
 
 def test_persons_leave_the_study_s_own_arm(tmp_path):
@@ -325,12 +368,20 @@ def test_persons_leave_the_study_s_own_arm(tmp_path):
 
 # --- The command ----------------------------------------------------------------------------------
 
+FORMS = {
+    "mujoco": "a.xml",
+    "controller": "b.csv",
+    "parameters": "c.csv",
+    "parts": "d.csv",
+}
+"""A file of each form of export."""
+
 
 def test_the_command_writes_each_form_and_never_over_another_file(tendon, workplace):
     (workplace / "suit.toml").write_text('[spool]\nratio = 0.6\n[spring]\nstiffness = "5 kN/m"\n')
     assert tendon("design", "suit.toml", "--no-figures").exit == 0
     folder = "results/suit-design"
-    for form, file in (("mujoco", "a.xml"), ("controller", "b.csv"), ("parameters", "c.csv")):
+    for form, file in FORMS.items():
         for _ in range(2):  # a file of tendon's own is written anew
             assert tendon("export", folder, "--to", form, file).exit == 0
         theirs = workplace / f"theirs{Path(file).suffix}"

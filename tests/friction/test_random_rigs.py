@@ -145,6 +145,39 @@ def rested(seed: int, *, ends: tuple[float, float], weight: float = 20.0) -> pd.
     return log
 
 
+def test_noise_of_both_cells_does_not_pass_for_zero_errors() -> None:
+    """A cell's noise moves its 1/F and the log ratio together, which looks like a zero error."""
+    errors = []
+    for seed in range(6):
+        rig = RandomRig(seed, spring=1.0, noise=0.02, strokes=14)
+        fit = tendon.fit_friction(readings_of(rig), rig.bend)
+        errors.append(fit.friction / rig.friction - 1.0)
+    assert abs(np.mean(errors)) < 0.01
+    assert np.max(np.abs(errors)) < 0.05
+
+
+def test_a_hum_is_filtered_and_said() -> None:
+    """At 80 readings a second the 50 Hz of the mains show as 30 Hz."""
+    rig = RandomRig(1, rate=80.0, strokes=12)
+    log = readings_of(rig)
+    log["motor (N)"] += 10.0 * np.sin(2.0 * np.pi * 50.0 * log["time (s)"])
+    fit = tendon.fit_friction(log, rig.bend)
+    assert fit.friction == pytest.approx(rig.friction, rel=0.005)
+    assert any("a hum of 30 Hz" in note and "50 Hz" in note for note in fit.notes)
+    assert not any("hum" in note for note in tendon.fit_friction(readings_of(rig), rig.bend).notes)
+
+
+def test_rests_without_load_say_how_well_the_zeros_are_known() -> None:
+    known = tendon.fit_friction(rested(1, ends=(0.0, 0.0)), 2.5)
+    unknown = tendon.fit_friction(readings_of(RandomRig(1, strokes=12, weight=20.0)), 2.5)
+    assert known.uncertainty.standard_error < 0.3 * unknown.uncertainty.standard_error
+    assert "mostly from the cells' zeros" in unknown.text
+    assert "cells' zeros" not in known.text
+    left = tendon.fit_friction(rested(1, ends=(0.2, 0.2)), 2.5)
+    low, high = left.interval_95
+    assert low <= 0.1 <= high
+
+
 @pytest.mark.parametrize("seed", [1, 2])
 def test_rests_without_load_show_a_zero_that_drifts(seed: int) -> None:
     log = rested(seed, ends=(0.5, 1.4))

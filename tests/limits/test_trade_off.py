@@ -8,6 +8,7 @@ from matplotlib.text import Text
 
 import tendon_cli as tendon
 from tendon_cli import say
+from tendon_cli.answer_record import as_answer
 from tendon_cli.cube.cube import choices_of
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.trade_off import draw_trade_off, trade_off_page
@@ -86,8 +87,8 @@ def test_the_legend_has_a_star_only_if_it_is_drawn(answer, trade_off):
     cube = choices_of(answer.kept("choices"), answer.study)
     between = {**answer.record["best"], "choice": answer.record["choices"]}
     for best, is_drawn in ((answer.record["best"], True), (between, False)):
-        record = {**answer.record, "best": best}
-        page = trade_off_page(cube, record, trade_off, trade_off["column"])
+        record = as_answer({**answer.record, "best": best})
+        page = trade_off_page(cube, record, record.trade_offs[0], trade_off["column"])
         stars = [line for axes in page.figure.axes for line in axes.lines]
         assert any(line.get_marker() == "*" for line in stars) == is_drawn
         texts = " ".join(text.get_text() for text in page.figure.findobj(Text))
@@ -112,7 +113,7 @@ def test_a_question_without_such_a_limit_has_no_trade_off():
 def test_the_best_choices_with_each_value_of_a_limit_stand_side_by_side(answer, trade_off):
     lines = answer.text.splitlines()
     start = lines.index("What each limit buys: limits.peak_motor_torque")
-    (said,) = (line.split() for line in lines[start:] if line.split()[:1] == ["max_tension"])
+    said = next(line.split() for line in lines[start:] if line.split()[:1] == ["max_tension"])
     tensions = [best["max_tension"] for best in trade_off["best"] if best is not None]
     assert said[1] == "N"
     assert {say.number(tension) for tension in tensions} >= set(said[2:])
@@ -120,7 +121,8 @@ def test_the_best_choices_with_each_value_of_a_limit_stand_side_by_side(answer, 
 
 def test_the_picture_has_a_bar_for_each_window(answer, folder, trade_off):
     cube = choices_of(answer.kept("choices"), answer.study)
-    page = trade_off_page(cube, answer.record, trade_off, trade_off["column"])
+    record = answer.answer
+    page = trade_off_page(cube, record, record.trade_offs[0], trade_off["column"])
     upper, lower = page.figure.axes
     bars = [patch for patch in upper.patches if patch.get_height() > 0 and patch.get_x() > 10.2]
     best = [choice for choice in trade_off["best"] if choice is not None]
@@ -151,8 +153,8 @@ def test_rows_that_set_a_limit_are_named_where_they_stand(tmp_path):
     answer = tendon.design(study, tmp_path / "answer")
     cube = choices_of(answer.kept("choices"), answer.study)
     draw_trade_off(cube, answer.record, "motor", tmp_path / "by_name.png")
-    (record,) = answer.record["trade_offs"]
-    page = trade_off_page(cube, answer.record, record, "limit_peak_motor_torque")
+    (record,) = answer.answer.trade_offs
+    page = trade_off_page(cube, answer.answer, record, "limit_peak_motor_torque")
     upper, _ = page.figure.axes
     assert {"M10", "M12"} <= {text.get_text() for text in upper.texts}
     with pytest.raises(UsageError, match="no trade-off along"):

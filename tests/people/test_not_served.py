@@ -15,6 +15,7 @@ STUDY = {
     "spring": {"stiffness": "5 kN/m"},
     "spool": {"ratio": 0.6},
     "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 19}},
+    "setting": {"read": "pretension"},
 }
 
 

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.answers import help as help_module
 from tendon_cli.answers import people as people_module
-from tendon_cli.answers import remedies, sensitivity
+from tendon_cli.answers import sensitivity
 from tendon_cli.studies.load import study_from
 from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solutions import solve
-from tendon_cli.windows.solver import Solver
 from tests.answers import solved
 
 COARSE = {"motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}}
@@ -95,7 +94,8 @@ def test_for_very_many_persons_fixes_are_worked_out_for_some_and_a_note_says_so(
     study = tendon.study(NOBODY_ENOUGH)
     question = question_of(study)
     states_of_20 = 20 * len(question.conditions) * question.states_per_design // 40
-    monkeypatch.setattr(remedies, "_MOST_OF_ONE", states_of_20)
+    monkeypatch.setattr(help_module, "_MOST_OF_ONE", states_of_20)
+    monkeypatch.setattr(help_module, "_FEWEST_GROUPS", 1)
     answer = tendon.design(study)
     note = (
         "what would help is computed for 20 of the 40 persons: "
@@ -103,29 +103,6 @@ def test_for_very_many_persons_fixes_are_worked_out_for_some_and_a_note_says_so(
     )
     assert note in answer.record["notes"]
     assert any(fix["after"] is not None for fix in answer.fixes)
-
-
-def test_along_a_motion_in_time_changes_are_tried_for_fewer_persons_and_choices(monkeypatch):
-    """A state takes longer there, for its window is sought pretension by pretension."""
-    time = np.arange(0.0, 3.0, 0.075)
-    strokes = 45.0 * (1.0 - np.cos(2.0 * np.pi * time / 3.0))
-    trajectory = {
-        "time": [f"{moment:.4g} s" for moment in time],
-        "angle": [f"{angle:.4g} deg" for angle in strokes],
-    }
-    steps = {"from": "0 deg", "to": "90 deg", "num": len(time)}
-    plain = NOBODY_ENOUGH | {"people": {"count": 12, "seed": 2}, "load": {"mass": 10.0}}
-    question = question_of(tendon.study(plain | {"motion": {"elbow_angle": steps}}))
-    along = question_of(tendon.study(plain | {"motion": {"trajectory": trajectory}}))
-    states = len(question.conditions) * question.states_per_design
-    monkeypatch.setattr(remedies, "_MOST_OF_ONE", states)
-    monkeypatch.setattr(remedies, "_MOST_OF_ALL", len(question.choices) * states)
-
-    choice = solve(Solver(question), question.points(np.array([0])), with_worst=False)
-    assert len(remedies.sampled(question, choice).groups) == 12
-    assert len(remedies.sampled(along, choice).groups) == 8
-    assert len(remedies.choices_to_relax_for(question)) == 3
-    assert len(remedies.choices_to_relax_for(along)) == 1
 
 
 DOUBT = {

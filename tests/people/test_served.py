@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import tendon_cli as tendon
 from tendon_cli.answers.people import person_of
 from tendon_cli.errors import StudyError
 from tendon_cli.model import limits, window
@@ -13,6 +14,7 @@ from tendon_cli.studies.spaces import named_axes
 from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solutions import solve
 from tendon_cli.windows.solver import Solver
+from tendon_cli.windows.worst import WORST
 from tests.model import designs
 from tests.people.in_full import in_full
 
@@ -144,8 +146,10 @@ def test_one_person_with_draws_is_as_their_arm_typed_in_with_draws(tmp_path):
     for key, values in person_study(study, "Ada").study.numbers.items():
         if "arm." in key and "angle" not in key:
             arm[key.removeprefix("arm.")] = float(values.array[0])
-    of_person, person = solved(ROUGH, FILE, suit(5e3, 0.6), folder=tmp_path)
-    of_arm, typed = solved(ROUGH, {"arm": arm}, suit(5e3, 0.6))
+    # By a gauge, the reserve would be that of the arm on which the suit is set.
+    of_f0 = {"setting": {"read": "pretension"}}
+    of_person, person = solved(ROUGH, of_f0, FILE, suit(5e3, 0.6), folder=tmp_path)
+    of_arm, typed = solved(ROUGH, of_f0, {"arm": arm}, suit(5e3, 0.6))
     assert of_person.groups.noun == "pairs"
     assert of_arm.groups.noun == "draws"
     assert person.served == pytest.approx(typed.served, abs=1e-12)
@@ -181,3 +185,13 @@ def test_bodies_drawn_of_a_person_are_pairs_of_the_person_and_a_draw(tmp_path):
     assert study_from(question.study.document()).hash == question.study.hash
     with pytest.raises(StudyError, match=r"design\.by: gives shares of people"):
         study_from({"design": {"by": "sex"}})
+
+
+def test_a_choice_that_serves_nobody_has_no_worst_values():
+    """The extensor's spool of the first choice is too thin for its tendon."""
+    thin = {"limits": {"min_spool_to_tendon": 30}, "spool": {"ratio": [0.6, 0.8]}}
+    content = {**thin, "spring": {"stiffness": [5e3, 8e3]}, "load": {"mass": 1.0}}
+    choices = tendon.design({**content, "people": {"count": 3}}).choices
+    is_thin = choices["spool_ratio"] == 0.6
+    assert choices.loc[is_thin, list(WORST)].isna().all(axis=None)
+    assert choices.loc[~is_thin, "max_tension"].notna().any()

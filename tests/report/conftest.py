@@ -133,7 +133,7 @@ def answered_for_people(tmp_path_factory):
         "spool": {"ratio": [0.6, 0.7]},
         "load": {"mass": ["0 kg", "10 kg"]},
         "motion": MOTION,
-        "design": {"serve": 0.5},
+        "design": {"serve": 0.5, "verify": 500},
     }
     tendon.design(study, folder)
     return folder

@@ -13,6 +13,7 @@ from unittest.mock import patch
 
 import pandas as pd
 
+from tendon_cli.fits import rows
 from tendon_cli.fits.friction import (
     budget,
     directions,
@@ -34,7 +35,7 @@ WITHOUT: dict[str, tuple[tuple[Any, str, Any], ...]] = {
     "rows: the test for no load": ((usable_rows, "_UNLOADED", 0.0),),
     "rows: saturation": ((usable_rows, "_TOP_ROWS", NEVER),),
     "rows: those near the rail": ((usable_rows, "_NEAR_RAIL", 0.0),),
-    "rows: spikes": ((usable_rows, "_SPIKE_MEDIANS", NEVER),),
+    "rows: spikes": ((rows, "_SPIKE_MEDIANS", NEVER),),
     "strokes: the trigger (turns at the middle)": ((directions, "_TRIGGER", 0.0),),
     "strokes: the two limits' test": ((prepare, "_TWO_LIMITS", 0.0),),
     "strokes: refusal of a load's cell that does not follow": ((prepare, "_FOLLOWS", 0.0),),

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.files import path_of
+from tendon_cli.files import check_logs, path_of
 from tendon_cli.fits.friction.budget import (
     FrictionUncertainty,
     readings_without_load,
@@ -26,7 +26,7 @@ from tendon_cli.fits.friction.estimate import FrictionEstimate, estimate, why_no
 from tendon_cli.fits.friction.fit_result import DirectionFit, Fit, PlainAnswer
 from tendon_cli.fits.friction.models import fit_model
 from tendon_cli.fits.friction.prepare import PreparedLog, prepare
-from tendon_cli.fits.friction.readings import Floats, Readings, concatenate, read_readings
+from tendon_cli.fits.friction.readings import Readings, concatenate, read_readings
 from tendon_cli.fits.friction.remarks import Remarks, doubts_of
 from tendon_cli.fits.friction.rig import (
     BendAngle,
@@ -37,6 +37,7 @@ from tendon_cli.fits.friction.rig import (
 )
 from tendon_cli.fits.friction.strokes import by_file, presliding_of, speed_of, strokes_of
 from tendon_cli.fits.friction.usable_rows import INSIDE, PARTIAL, USED, Log
+from tendon_cli.fits.rows import Floats
 from tendon_cli.units import counted, shorten
 
 _FAR_FROM_PLAIN = 1.0
@@ -93,6 +94,7 @@ def fit_friction(
         raise UsageError(f'"{motor}" is not a load cell', where="--motor", hint='"1" or "2"')
     bend = bend_angle_of(bend_angle, None if route is None else path_of(route), path_smoothing)
     sources: list[Any] = list(path) if isinstance(path, list | tuple) else [path]
+    check_logs(sources)
     parts = []
     for source in sources:
         file = path_of(source) if isinstance(source, str | PathLike) else source

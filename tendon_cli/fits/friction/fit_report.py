@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
-import tomllib
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.files import begins_with, read_file, what_is_written, write_output
+from tendon_cli.files import begins_with, write_output
 from tendon_cli.fits.friction.fit_result import Fit
+from tendon_cli.fits.written import said_of
 from tendon_cli.version import __version__
 
 _STROKES_MARK = "# strokes of a log, by tendon fit-friction"
@@ -29,24 +28,11 @@ _OF_ONE_SHEATH = (
     '#     bend_angle = "..."      # not known here: give that of this sheath'
     " when μφ was measured\n"
 )
-_MOST_BYTES = 100_000
-"""Largest size of a fragment that is read to say where it came from."""
 
 
 def friction_written(path: Path, fit: Fit) -> str:
-    """Return a line that says what a file was or becomes; call it before it is written.
-
-    A fragment that came from other readings is named with them: it is a different coefficient.
-    """
-    return what_is_written(path, _source_of(path), fit.source, "the coefficient")
-
-
-def _source_of(path: Path) -> str | None:
-    """Return the name of the readings that a fragment came from; None if it does not say."""
-    source = None
-    with contextlib.suppress(OSError, ValueError, LookupError, TypeError):
-        source = tomllib.loads(read_file(path, _MOST_BYTES).decode())["friction"]["source"]
-    return source if isinstance(source, str) else None
+    """Return a line that says what a file was or becomes; call it before it is written."""
+    return said_of(path, "friction.source", fit.source, "the coefficient")
 
 
 def write_fragment(fit: Fit, path: Path, *, overwrite: bool = False) -> None:

@@ -20,8 +20,8 @@ from tendon_cli.fits.friction.effects import (
     columns_of,
     sets_of,
 )
-from tendon_cli.fits.friction.readings import Floats
 from tendon_cli.fits.friction.usable_rows import Log
+from tendon_cli.fits.rows import Floats
 
 _GAIN = 0.1
 """Prior standard deviation of the log gain: cells are calibrated to a few per cent."""

@@ -17,24 +17,17 @@ from tendon_cli.fits.friction.directions import (
     triggered_sides,
     usual_run,
 )
-from tendon_cli.fits.friction.readings import (
-    ENOUGH_ROWS,
-    Floats,
-    Integers,
-    Mask,
-    Readings,
-    check_forces,
-)
+from tendon_cli.fits.friction.readings import ENOUGH_ROWS, Readings, check_forces
 from tendon_cli.fits.friction.usable_rows import (
     SATURATED,
     USED,
     Log,
     bend_groups,
-    noise_of,
     resolutions_of,
     unusable,
     without_hum,
 )
+from tendon_cli.fits.rows import Floats, Integers, Mask, noise_of
 from tendon_cli.units import counted, shorten
 
 _MOSTLY = 0.5

@@ -12,19 +12,15 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from tendon_cli import say
 from tendon_cli.errors import InputError, TendonError, UsageError
+from tendon_cli.fits.rows import Floats, Integers
 from tendon_cli.readers.clock import first_back
 from tendon_cli.readers.heading import Heading, column_called
 from tendon_cli.readers.table import Table, read_table
 from tendon_cli.units import UnitError, find_unit, force_factor, shorten
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 # Words of headers, English and German, by what they say of a column.
 _FORCE = {

@@ -20,7 +20,6 @@ from tendon_cli.fits.friction.effects import DELAY, ENTRY, FORCE, OFFSETS, STRIC
 from tendon_cli.fits.friction.estimate import FrictionEstimate, climbing
 from tendon_cli.fits.friction.fit_result import DOUBT, Check, Fit
 from tendon_cli.fits.friction.models import REFUTED
-from tendon_cli.fits.friction.readings import Floats
 from tendon_cli.fits.friction.strokes import disagreement
 from tendon_cli.fits.friction.usable_rows import (
     AT_REST,
@@ -31,6 +30,7 @@ from tendon_cli.fits.friction.usable_rows import (
     UNLOADED,
     Log,
 )
+from tendon_cli.fits.rows import Floats
 from tendon_cli.units import counted, force_factor, shorten
 
 _SHOWN = 0.5
@@ -182,10 +182,12 @@ class Remarks:
             stroke_share = abs(value) / self.log.duration
             if effect == DELAY and stroke_share > _LATE:
                 cell = "load" if value > 0.0 else "motor"
+                grows = "grows" if value > 0.0 else "falls"
                 self.warnings.append(
                     f"delay: the {cell}'s cell is {abs(value):.3g} {check.unit} late,"
-                    f" {100.0 * stroke_share:.0f} % of a stroke; {self.mu} is corrected for it;"
-                    " log both cells with one clock and one filter"
+                    f" {100.0 * stroke_share:.0f} % of a stroke, or friction {grows} with the"
+                    f" speed, which looks the same; {self.mu} is corrected for it; log both cells"
+                    " with one clock and one filter, and move more slowly"
                 )
             if effect == FORCE:
                 self.warnings.append(
@@ -308,8 +310,9 @@ class Remarks:
             said = [f"{name} changes by {100.0 * value:+.1f} %" for name, value in changes.items()]
             self.warnings.append(
                 f"drift: {' and '.join(said)} over the file, so {self.mu} is a mean; a cell's zero"
-                " or gain drifts, or the tendon warms up or runs in: read the cells without load"
-                " before and after, warm up the cells, run the tendon in, and measure again"
+                " or gain drifts, their clocks part, or the tendon warms up or runs in: read the"
+                " cells without load before and after, warm them up, run the tendon in, and measure"
+                " again"
             )
 
     def _zero_drift(self, residual: Floats, bend: Floats, place: Floats) -> str:

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.fits.friction.readings import LARGEST_BEND, Floats, Readings
+from tendon_cli.fits.friction.readings import LARGEST_BEND, Readings
+from tendon_cli.fits.rows import Floats
 from tendon_cli.readers.table import content_of, name_of
 from tendon_cli.units import (
     STANDARD_GRAVITY,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.fits.friction.readings import Floats, Integers, Mask
+from tendon_cli.fits.rows import SAME_READING, Floats, Integers, Mask, noise_of, spikes
 
 REASONS = (
     "",
@@ -38,25 +38,18 @@ _TOP_NOISE = 0.4
 then hold most of its rows."""
 _NEAR_RAIL = 3.0
 """Standard deviations of noise below the rail, down to which a reading is a saturated one."""
-_SPIKE_MEDIANS = 10.0
-"""Median deviations that a spike exceeds."""
-_SPIKE_NOISE = 6.0
-"""Standard deviations of noise that a spike exceeds: one row in 1e9 does so by chance."""
 _SPIKE_SHARE = 0.05
 """Share of the usual force that a spike exceeds."""
 _SPIKE_STEPS = 3.0
 """Steps of the cell that a spike exceeds."""
-_SPIKE_WINDOW = 7
-"""Rows of the median that spikes are compared with: it passes over up to three bad rows in
-succession."""
-_MOST_SPIKES = 0.2
-"""Share of the rows from which seeming spikes are the corners of steep strokes."""
 _HUM_FROM = 0.25
 """Lowest frequency of a hum over half the rate of the readings: strokes are slower."""
 _HUM_WIDTH = 3
 """Bins of a spectrum on either side of a hum that are taken out with it."""
 _HUM_SHARE = 0.5
 """Share of the power above the lowest frequency that a hum has: noise is spread over all of it."""
+_HUM_LARGEST = 0.3
+"""Amplitude of a hum over the usual force from which it is no hum: a cell drops out, say."""
 _HUM_ROWS = 400
 """Least number of rows that show a hum."""
 _NOTHING = 1e-20
@@ -69,8 +62,6 @@ _STEPPING = 0.5
 """Share of the strokes of a log in which a cell steps, from which fewer values show its step."""
 _FINEST_DECIMALS = 9
 """Largest number of decimals that is tried where no step shows."""
-_SAME_READING = 1e-9
-"""Difference of two readings, as a share of the largest, up to which they are one."""
 _SAME_BEND = 0.02
 """Share by which two readings of one bend angle may differ: nobody measures it better."""
 
@@ -206,7 +197,7 @@ def _step_of(cell: Floats, stroke: Integers) -> float:
     readings = cell[is_known]
     values = np.unique(readings)
     # A logger that writes binary fractions repeats a value with a last digit more or less.
-    least = _SAME_READING * float(np.max(np.abs(values), initial=0.0))
+    least = SAME_READING * float(np.max(np.abs(values), initial=0.0))
     if len(values) >= _ENOUGH_VALUES:
         steps = np.diff(values)
         return float(steps[steps > least].min(initial=math.inf))
@@ -232,27 +223,6 @@ def _last_decimal(cell: Floats) -> float:
     return 0.0
 
 
-def noise_of(values: Floats, side: Integers | None = None) -> float:
-    """Return the standard deviation of a row about its neighbours.
-
-    It comes from second differences, in which a steady change cancels. `side` divides the rows into
-    strokes: differences across its changes are left out.
-    """
-    deviations = np.abs(np.diff(values, 2)) / np.sqrt(6.0)
-    if side is not None and len(side) > 2:
-        deviations = deviations[(side[2:] == side[1:-1]) & (side[1:-1] == side[:-2])]
-    if not len(deviations):
-        return 0.0
-    noise = 1.4826 * float(np.median(deviations))
-    # A steady change cancels up to the last binary digit.
-    if noise > _SAME_READING * float(np.max(np.abs(values))):
-        return noise
-    # Most differences of a coarse cell are zero, and a mean without the largest tenth still sees
-    # its steps.
-    smallest = np.sort(deviations)[: max(1, int(0.9 * len(deviations)))]
-    return 1.3 * float(np.sqrt(np.mean(smallest**2)))
-
-
 def unusable(
     cells: tuple[Floats, Floats], steps: tuple[float, float], rest: Mask
 ) -> npt.NDArray[np.int8]:
@@ -270,7 +240,9 @@ def unusable(
     usual = [_usual_force(cell) for cell in cells]
     if len(rest) >= LOG_ROWS:
         for cell, step in zip(cells, steps, strict=True):
-            codes[_spikes(cell, step)] = SPIKE
+            filled = np.nan_to_num(cell, nan=0.0, posinf=0.0, neginf=0.0)
+            usual_force = float(np.median(np.abs(filled)))
+            codes[spikes(filled, max(_SPIKE_SHARE * usual_force, _SPIKE_STEPS * step))] = SPIKE
             codes[_saturated(cell, step)] = SATURATED
     # A motor that rests needs no load: its readings are those of the cells without load.
     moves = codes != AT_REST
@@ -323,23 +295,12 @@ def without_hum(cell: Floats) -> tuple[Floats, float]:
     power = np.abs(spectrum) ** 2
     place = first + int(np.argmax(power[first:]))
     hum = slice(max(place - _HUM_WIDTH, first), place + _HUM_WIDTH + 1)
-    if power[hum].sum() < _HUM_SHARE * power[first:].sum() or not power[place]:
+    amplitude = 2.0 * math.sqrt(float(power[hum].sum())) / len(cell)
+    is_line = power[hum].sum() >= _HUM_SHARE * power[first:].sum() > 0.0
+    if not is_line or amplitude > _HUM_LARGEST * float(np.median(np.abs(cell))):
         return cell, 0.0
     spectrum[hum] = 0.0
     return np.fft.irfft(spectrum, len(cell)), place / len(cell)
-
-
-def _spikes(cell: Floats, step: float) -> Mask:
-    """Select the rows far from the median of their neighbours."""
-    from scipy.ndimage import median_filter
-
-    filled = np.nan_to_num(cell, nan=0.0, posinf=0.0, neginf=0.0)
-    away = np.abs(filled - median_filter(filled, _SPIKE_WINDOW, mode="nearest"))
-    usual = float(np.median(np.abs(filled)))
-    spread = float(np.median(away))
-    by_noise = max(_SPIKE_MEDIANS * spread, _SPIKE_NOISE * noise_of(filled))
-    spikes = away > max(by_noise, _SPIKE_SHARE * usual, _SPIKE_STEPS * step)
-    return np.asarray(spikes & (np.mean(spikes) < _MOST_SPIKES))
 
 
 def rates_of(time: Floats, log_force: Floats, stroke: Integers, width: int) -> Floats:

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
+from tendon_cli.fits.rows import Floats
 from tendon_cli.fits.suit.parameters import Parameter
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate
-from tendon_cli.fits.suit.suit_log import Floats
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import of_side, split_side
 from tendon_cli.studies.study import keys

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import shlex
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,11 +12,12 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.files import begins_with, read_file, what_is_written, write_output
+from tendon_cli.files import begins_with, write_output
 from tendon_cli.fits.suit.fitted_numbers import FittedNumber
 from tendon_cli.fits.suit.parameters import Parameter, loads_of_study
 from tendon_cli.fits.suit.suit_result import SuitFit
 from tendon_cli.fits.suit.window import loads_judged
+from tendon_cli.fits.written import said_of
 from tendon_cli.version import __version__
 
 _MARK = "# Numbers of a suit fitted by `tendon fit-suit`."
@@ -28,8 +27,6 @@ _HEADER = f"""\
 """
 is_suit_fragment = begins_with(_MARK)
 """Function that recognises a file of fitted numbers."""
-_MOST_BYTES = 1_000_000
-"""Largest size of a file that is read to say where its numbers came from."""
 _KEEPS_RANGE = 0.3
 """Share of the prior's variance under which a number keeps its stated range."""
 _NOT_OF_THE_SUIT = ("load.",)
@@ -37,19 +34,9 @@ _NOT_OF_THE_SUIT = ("load.",)
 
 
 def suit_written(path: Path, fit: SuitFit) -> str:
-    """Return a line that says what a file was or becomes; call it before it is written.
-
-    Numbers that came from other logs are named with them.
-    """
+    """Return a line that says what a file was or becomes; call it before it is written."""
     now = say.join_words([log.source for log in fit.selection.logs])
-    return what_is_written(path, _logs_of(path), now, "the numbers")
-
-
-def _logs_of(path: Path) -> str | None:
-    """Return the logs that fitted numbers came from; None if the file does not say."""
-    with contextlib.suppress(OSError, ValueError, LookupError, TypeError):
-        return say.join_words(tomllib.loads(read_file(path, _MOST_BYTES).decode())["fit"]["logs"])
-    return None
+    return said_of(path, "fit.logs", now, "the numbers")
 
 
 def next_command(fit: SuitFit, study: Path, settings: Sequence[str], out: Path) -> str:

@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.errors import InputError
+from tendon_cli.fits.rows import Floats, Integers
 from tendon_cli.fits.suit.log_columns import CHANNELS, COUNTS, ELBOW_ANGLE, LOAD_MASS, TIME
 from tendon_cli.quantities import PLAUSIBLE
 from tendon_cli.readers.clock import first_back
 from tendon_cli.readers.heading import Heading
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 _LARGEST_ANGLE = 7.0
 """Largest angle of a joint, rad: more is an angle in degrees."""

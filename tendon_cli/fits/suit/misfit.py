@@ -19,8 +19,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_cli.fits.rows import Floats
 from tendon_cli.fits.suit.stroke_parts import Parts
-from tendon_cli.fits.suit.suit_log import Floats
 
 TERMS = ("white", "stroke", "kind", "common")
 _SMOOTH_OVER = 0.25

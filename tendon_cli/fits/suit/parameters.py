@@ -15,8 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_cli.errors import Fault, StudyError
-from tendon_cli.fits.suit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE, TENSION_CHANNELS
-from tendon_cli.fits.suit.suit_log import Floats
+from tendon_cli.fits.rows import Floats
+from tendon_cli.fits.suit.log_columns import (
+    ELBOW_ANGLE,
+    MOTOR_TORQUE,
+    SPOOL_ANGLE,
+    TENSION_CHANNELS,
+)
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.fit_section import BACKLASH
@@ -55,20 +60,24 @@ _SPOOL_ZERO_DEVIATION = 1.0
 """Standard deviation of the zero of the spool's angle about the study's, rad: as good as none."""
 TORQUE_ZERO_SHARE = 0.05
 """Standard deviation of the zero of the torque, as a share of the range of the torque."""
-_GEAR_SHARE = 0.05
-"""Standard deviation of the gear's Coulomb friction, as a share of the range of the torque."""
-_EFFICIENCY = (0.9, 0.07)
-"""Mean and standard deviation of a gear's efficiency: 0.75 to 1 of what is usual. It is not cut off
-at 1, where a cut would hide how far the others depend on it."""
-_TORQUE_GAIN = 0.05
-_JOINT_ZERO = math.radians(2.0)
-_JOINT_GAIN = 0.02
-_DELAY = 0.02
-"""Standard deviation of the delay of a channel against the joint's angle, s."""
-_BACKLASH = math.radians(0.5)
-"""Standard deviation of the backlash between motor and spool, rad."""
-_CELL_ZERO_SHARE = 0.02
-_CELL_GAIN = 0.02
+_SENSORS: tuple[tuple[str, str, float, float, str], ...] = (
+    (JOINT_ZERO, ELBOW_ANGLE, 0.0, math.radians(2.0), "rad"),
+    (JOINT_GAIN, ELBOW_ANGLE, 0.0, 0.02, "1"),
+    (BACKLASH, SPOOL_ANGLE, 0.0, math.radians(0.5), "rad"),
+    (SPOOL_DELAY, SPOOL_ANGLE, 0.0, 0.02, "s"),
+    (TORQUE_GAIN, MOTOR_TORQUE, 0.0, 0.05, "1"),
+    (TORQUE_ZERO, MOTOR_TORQUE, 0.0, TORQUE_ZERO_SHARE, "N m"),
+    (GEAR_FRICTION, MOTOR_TORQUE, 0.0, 0.05, "N m"),
+    (GEAR_EFFICIENCY, MOTOR_TORQUE, 0.9, 0.07, "1"),
+    (TORQUE_DELAY, MOTOR_TORQUE, 0.0, 0.02, "s"),
+    *((f"{name} zero", name, 0.0, 0.02, "N") for name in TENSION_CHANNELS),
+    *((f"{name} gain", name, 0.0, 0.02, "1") for name in TENSION_CHANNELS),
+)
+"""Errors of sensors: name, column, mean, standard deviation and unit.
+
+A deviation in N m or N is a share of the range of its channel. An efficiency of 0.9 ± 0.07 is 0.75
+to 1; it is not cut off at 1, where a cut would hide how far the others depend on it.
+"""
 _INERTIA_SHARE = 0.1
 GYRATION = 1.47
 """Moment of inertia of forearm and hand about the elbow over their mass times the square of the
@@ -190,34 +199,19 @@ def sensors_of(
         study: The study, which may take some as exact.
         has_time: True if the logs have a time.
     """
-    found = [
-        Parameter(JOINT_ZERO, normal(0.0, _JOINT_ZERO), "rad", is_sensor=True),
-        Parameter(JOINT_GAIN, normal(0.0, _JOINT_GAIN), "1", is_sensor=True),
-    ]
+    found = []
+    for name, column, middle, size, unit in _SENSORS:
+        is_logged = column in (ELBOW_ANGLE, *channels) and (has_time or unit != "s")
+        if not is_logged:
+            continue
+        is_share = unit in ("N m", "N")
+        law = normal(middle, size * range_of(channels[column]) if is_share else size)
+        found.append(Parameter(name, law, unit, is_sensor=True))
     if SPOOL_ANGLE in channels:
+        law = normal(0.0, _SPOOL_ZERO_DEVIATION)
         for log in range(logs):
             name = SPOOL_ZERO if logs == 1 else f"{SPOOL_ZERO} {log + 1}"
-            law = normal(0.0, _SPOOL_ZERO_DEVIATION)
             found.append(Parameter(name, law, "rad", is_sensor=True, log=log))
-        found.append(Parameter(BACKLASH, normal(0.0, _BACKLASH), "rad", is_sensor=True))
-        if has_time:
-            found.append(Parameter(SPOOL_DELAY, normal(0.0, _DELAY), "s", is_sensor=True))
-    if MOTOR_TORQUE in channels:
-        span = range_of(channels[MOTOR_TORQUE])
-        zero = normal(0.0, TORQUE_ZERO_SHARE * span)
-        gear = normal(0.0, _GEAR_SHARE * span)
-        found.append(Parameter(TORQUE_GAIN, normal(0.0, _TORQUE_GAIN), "1", is_sensor=True))
-        found.append(Parameter(TORQUE_ZERO, zero, "N m", is_sensor=True))
-        found.append(Parameter(GEAR_FRICTION, gear, "N m", is_sensor=True))
-        found.append(Parameter(GEAR_EFFICIENCY, normal(*_EFFICIENCY), "1", is_sensor=True))
-        if has_time:
-            found.append(Parameter(TORQUE_DELAY, normal(0.0, _DELAY), "s", is_sensor=True))
-    for name in TENSION_CHANNELS:
-        if name not in channels:
-            continue
-        zero = normal(0.0, _CELL_ZERO_SHARE * range_of(channels[name]))
-        found.append(Parameter(f"{name} zero", zero, "N", is_sensor=True))
-        found.append(Parameter(f"{name} gain", normal(0.0, _CELL_GAIN), "1", is_sensor=True))
     return [parameter for parameter in found if not study.is_exact(parameter.key)]
 
 

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli.fits.rows import Integers
 from tendon_cli.fits.suit.log_columns import SPOOL_ANGLE
 from tendon_cli.fits.suit.parameters import unit_of
 from tendon_cli.fits.suit.stroke_parts import Parts
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate
-from tendon_cli.fits.suit.suit_log import Integers
 
 _THIRDS = 3
 

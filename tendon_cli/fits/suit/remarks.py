@@ -8,12 +8,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from tendon_cli import say
+from tendon_cli.fits.rows import Floats
 from tendon_cli.fits.suit import parameters as names
 from tendon_cli.fits.suit.fitted_numbers import FittedNumber
 from tendon_cli.fits.suit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE
 from tendon_cli.fits.suit.row_selection import Selection
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate
-from tendon_cli.fits.suit.suit_log import Floats
 from tendon_cli.studies.fit_section import BACKLASH
 
 _MOST_MISFIT = {SPOOL_ANGLE: 0.0012, MOTOR_TORQUE: 0.003}

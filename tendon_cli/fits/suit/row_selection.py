@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tendon_cli import say
 from tendon_cli.errors import InputError
+from tendon_cli.fits.rows import Mask
 from tendon_cli.fits.suit.stroke_parts import (
     MOST_STROKES,
     REASONS,
@@ -21,7 +22,7 @@ from tendon_cli.fits.suit.stroke_parts import (
     thinned,
     usable,
 )
-from tendon_cli.fits.suit.suit_log import Floats, Integers, Mask, SuitLog
+from tendon_cli.fits.suit.suit_log import SuitLog
 from tendon_cli.units import counted
 
 _SLID = 3.0
@@ -30,38 +31,27 @@ _SLID = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """Rows that slide, and the means over parts of their strokes."""
+    """Means over parts of strokes, of the rows that slide."""
 
     logs: tuple[SuitLog, ...]
-    """Logs, thinned."""
-    every: tuple[int, ...]
-    """Rows of each log that a row of the thinned one is the mean of."""
-    strokes: tuple[LogStroke, ...]
-    codes: tuple[Integers, ...]
-    """Code of the reason for which each row is set aside, for each stroke."""
     parts: Parts
+    set_aside: Mapping[str, int]
+    """Number of rows set aside, by reason."""
     notes: tuple[str, ...]
 
     @property
     def used(self) -> int:
         """Number of rows used."""
-        return sum(
-            int(np.count_nonzero(code == USED)) * self.every[stroke.log]
-            for stroke, code in zip(self.strokes, self.codes, strict=True)
-        )
+        return round(float(self.parts.count.sum()))
 
-    @property
-    def set_aside(self) -> dict[str, int]:
-        """Number of rows set aside, by reason."""
-        found: dict[str, int] = {}
-        missing = sum(log.missing for log in self.logs)
-        if missing:
-            found["without a number"] = missing
-        for stroke, code in zip(self.strokes, self.codes, strict=True):
-            for reason in np.unique(code[code != USED]):
-                rows = int(np.count_nonzero(code == reason)) * self.every[stroke.log]
-                found[REASONS[reason]] = found.get(REASONS[reason], 0) + rows
-        return found
+    def without(self, is_left_out: Mask, reason: int) -> Selection:
+        """Return the selection without some parts, for the reason with this code."""
+        rows = round(float(self.parts.count[is_left_out].sum()))
+        if not rows:
+            return self
+        name = REASONS[reason]
+        aside = {**self.set_aside, name: self.set_aside.get(name, 0) + rows}
+        return replace(self, parts=self.parts.select(~is_left_out), set_aside=aside)
 
 
 def cut(
@@ -100,11 +90,12 @@ def selected(
         spool_per_joint: Way of the spool per way of the joint.
     """
     codes = []
+    lengths = np.array([float(np.ptp(logs[one.log].elbow_angle[one.rows])) for one in strokes])
+    log_of = np.array([stroke.log for stroke in strokes])
+    way = _SLID * spool_turn
     for stroke in strokes:
-        log = logs[stroke.log]
-        usual = _usual_length(strokes, logs, stroke.log)
-        way = _SLID * spool_turn
-        codes.append(usable(stroke, log, usual, way / max(spool_per_joint, 0.2), way))
+        usual = float(np.median(lengths[log_of == stroke.log]))
+        codes.append(usable(stroke, logs[stroke.log], usual, way / max(spool_per_joint, 0.2), way))
     used = [place for place, code in enumerate(codes) if np.any(code == USED)]
     notes = [text for log in logs for text in _note_on_gaps(log)]
     if max(every) > 1:
@@ -112,17 +103,24 @@ def selected(
             f"{max(every)} neighbouring rows are averaged first, a log being longer than needed"
         )
     if len(used) > MOST_STROKES:
-        kept = set(np.round(np.linspace(0, len(used) - 1, MOST_STROKES)).astype(int).tolist())
-        strokes_kept = [place for rank, place in enumerate(used) if rank in kept]
         notes.append(
             f"{MOST_STROKES} of {len(used)} strokes are fitted, evenly spaced: more would not"
             " narrow what the model's own misfit leaves open"
         )
-        used = strokes_kept
-    codes = [codes[place] for place in used]
-    strokes = tuple(strokes[place] for place in used)
-    parts = parts_of(logs, strokes, codes)
-    return Selection(logs, every, strokes, tuple(codes), parts, tuple(notes))
+        kept = np.unique(np.round(np.linspace(0, len(used) - 1, MOST_STROKES)).astype(int))
+        used = [used[place] for place in kept.tolist()]
+    set_aside: dict[str, int] = {}
+    missing = sum(log.missing for log in logs)
+    if missing:
+        set_aside["without a number"] = missing
+    for place in used:
+        code = codes[place]
+        for reason in np.unique(code[code != USED]).tolist():
+            rows = int(np.count_nonzero(code == reason)) * every[strokes[place].log]
+            set_aside[REASONS[reason]] = set_aside.get(REASONS[reason], 0) + rows
+    kept_strokes = [strokes[place] for place in used]
+    parts = parts_of(logs, every, kept_strokes, [codes[place] for place in used])
+    return Selection(logs, parts, set_aside, tuple(notes))
 
 
 def _note_on_gaps(log: SuitLog) -> list[str]:
@@ -140,43 +138,3 @@ def _note_on_gaps(log: SuitLog) -> list[str]:
         f" after line {log.line[longest]}; rows after a gap count once the tendons slide again"
     )
     return [text]
-
-
-def _usual_length(strokes: Sequence[LogStroke], logs: Sequence[SuitLog], number: int) -> float:
-    """Return the median length of the strokes of one log, rad."""
-    lengths = [
-        abs(float(np.ptp(logs[number].elbow_angle[stroke.rows])))
-        for stroke in strokes
-        if stroke.log == number
-    ]
-    return float(np.median(lengths))
-
-
-def without_parts(selection: Selection, is_left_out: Mask, reason: int) -> Selection:
-    """Return a selection without some parts of strokes.
-
-    Args:
-        selection: The selection.
-        is_left_out: True for the parts that are left out, (parts,).
-        reason: Code of the reason.
-    """
-    codes = []
-    parts = selection.parts
-    for place, (stroke, before) in enumerate(zip(selection.strokes, selection.codes, strict=True)):
-        of_stroke = parts.stroke == place
-        code = before.copy()
-        if np.any(of_stroke & is_left_out):
-            angle = selection.logs[stroke.log].elbow_angle[stroke.rows]
-            is_near = _near(angle, parts.angle[of_stroke], is_left_out[of_stroke])
-            code[is_near & (code == USED)] = reason
-        codes.append(code)
-    kept = parts.select(~is_left_out)
-    return Selection(
-        selection.logs, selection.every, selection.strokes, tuple(codes), kept, selection.notes
-    )
-
-
-def _near(angle: Floats, middles: Floats, is_marked: Mask) -> Mask:
-    """Return True for rows whose nearest part is marked."""
-    nearest = np.argmin(np.abs(angle[:, np.newaxis] - middles), axis=1)
-    return np.asarray(is_marked[nearest])

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from tendon_cli.errors import InputError
-from tendon_cli.fits.suit.suit_log import Floats, Integers, Mask, SuitLog
+from tendon_cli.fits.rows import Floats, Integers, Mask
+from tendon_cli.fits.suit.suit_log import SuitLog
 from tendon_cli.units import counted
 
 MOST_ROWS = 30_000
@@ -130,17 +131,13 @@ def thinned(log: SuitLog) -> tuple[SuitLog, int]:
         """Return the means of neighbours."""
         return np.asarray(values[:whole].reshape(-1, every).mean(axis=1))
 
-    thin = SuitLog(
-        source=log.source,
-        sha256=log.sha256,
+    thin = replace(
+        log,
         line=log.line[:whole:every],
         elbow_angle=means(log.elbow_angle),
         channels={name: means(values) for name, values in log.channels.items()},
         time=None if log.time is None else means(log.time),
         load_mass=None if log.load_mass is None else log.load_mass[:whole:every],
-        missing=log.missing,
-        notes=log.notes,
-        headings=log.headings,
     )
     return thin, every
 
@@ -276,36 +273,40 @@ def _speed(way: Floats, time: Floats) -> Floats:
 
 
 def parts_of(
-    logs: Sequence[SuitLog], strokes: Sequence[LogStroke], codes: Sequence[Integers]
+    logs: Sequence[SuitLog],
+    every: Sequence[int],
+    strokes: Sequence[LogStroke],
+    codes: Sequence[Integers],
 ) -> Parts:
     """Average the rows that slide over parts of their strokes.
 
     Args:
         logs: The logs, thinned.
+        every: Rows of each log that a row of the thinned one is the mean of.
         strokes: All strokes.
         codes: Why rows are set aside, for each stroke.
 
     Raises:
         InputError: if nothing slides, or only in one direction.
     """
-    columns: dict[str, list[Floats]] = {}
     names = tuple(logs[0].channels)
+    found = []
     for number, (stroke, code) in enumerate(zip(strokes, codes, strict=True)):
         kept = code == USED
         if np.count_nonzero(kept) < 2 * PARTS // 3:
             continue
-        found = _parts_of_stroke(logs[stroke.log], stroke, kept, names, number)
-        for name, column in found.items():
-            columns.setdefault(name, []).append(column)
-    if not columns:
+        columns = _parts_of_stroke(logs[stroke.log], stroke, kept, names, number)
+        columns["count"] = columns["count"] * every[stroke.log]
+        found.append(columns)
+    if not found:
         problem = "no stroke slides long enough: nothing is left after the turns"
         hint = "move the joint slowly through most of its range, several times to and fro"
         raise InputError(problem, where=logs[0].source, hint=hint)
-    joined: dict[str, Any] = {name: np.concatenate(column) for name, column in columns.items()}
+    joined: dict[str, Any] = {
+        name: np.concatenate([columns[name] for columns in found]) for name in found[0]
+    }
     values = {name: joined.pop(f"value {name}") for name in names}
-    whole: dict[str, Any] = {name: joined.pop(name).astype(np.int64) for name in ("log", "stroke")}
-    flexion = joined.pop("flexion") > 0.5
-    parts = Parts(**joined, **whole, flexion=flexion, values=values)
+    parts = Parts(**joined, values=values)
     ways = np.unique(parts.flexion)
     if len(ways) < 2:
         way = "flexion" if ways[0] else "extension"
@@ -318,7 +319,7 @@ def parts_of(
 
 def _parts_of_stroke(
     log: SuitLog, stroke: LogStroke, kept: Mask, names: Sequence[str], number: int
-) -> dict[str, Floats]:
+) -> dict[str, Any]:
     """Return the means over the parts of one stroke, by column."""
     rows = stroke.rows[kept]
     angle = log.elbow_angle[rows]
@@ -338,9 +339,9 @@ def _parts_of_stroke(
     if log.time is not None:
         time = (log.time - log.time[0]) / max(float(np.ptp(log.time)), 1e-12)
     columns = {
-        "log": np.full(len(count), float(stroke.log)),
-        "stroke": np.full(len(count), float(number)),
-        "flexion": np.full(len(count), float(stroke.is_flexion)),
+        "log": np.full(len(count), stroke.log),
+        "stroke": np.full(len(count), number),
+        "flexion": np.full(len(count), stroke.is_flexion),
         "load": np.full(len(count), stroke.load),
         "angle": middle,
         "spread": np.sqrt(np.maximum(mean(np.square(angle - middle[part])), 1e-10)),

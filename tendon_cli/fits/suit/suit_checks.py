@@ -10,10 +10,11 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.errors import InputError
+from tendon_cli.fits.rows import Floats
 from tendon_cli.fits.suit.log_columns import COUNTS, ELBOW_ANGLE, MOTOR_TORQUE, SPOOL_ANGLE, TIME
 from tendon_cli.fits.suit.parameters import LOAD, loads_of_study, range_of
 from tendon_cli.fits.suit.stroke_parts import LogStroke, Parts
-from tendon_cli.fits.suit.suit_log import Floats, SuitLog
+from tendon_cli.fits.suit.suit_log import SuitLog
 from tendon_cli.fits.suit.suit_model import SuitModel
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.study import Study

@@ -8,10 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
+from tendon_cli.fits.rows import Floats
 from tendon_cli.fits.suit.misfit import Misfit, first_misfit, kernels_of, lower_factor, sized
 from tendon_cli.fits.suit.parameters import range_of
 from tendon_cli.fits.suit.stroke_parts import Parts
-from tendon_cli.fits.suit.suit_log import Floats
 from tendon_cli.fits.suit.suit_model import SuitModel
 
 _ROUNDS = 2

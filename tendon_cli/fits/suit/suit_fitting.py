@@ -10,8 +10,9 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from tendon_cli.errors import InputError
-from tendon_cli.files import path_of
+from tendon_cli.files import check_logs, path_of
 from tendon_cli.fits.one_thread import one_thread
+from tendon_cli.fits.rows import Floats
 from tendon_cli.fits.suit.fitted_numbers import combinations, fitted_numbers
 from tendon_cli.fits.suit.log_columns import SPOOL_ANGLE, Scaling
 from tendon_cli.fits.suit.parameters import (
@@ -23,11 +24,11 @@ from tendon_cli.fits.suit.parameters import (
 )
 from tendon_cli.fits.suit.prediction import groups_of, misfits
 from tendon_cli.fits.suit.remarks import fast_note, gear_note, warnings_of
-from tendon_cli.fits.suit.row_selection import Selection, cut, selected, without_parts
+from tendon_cli.fits.suit.row_selection import Selection, cut, selected
 from tendon_cli.fits.suit.stroke_parts import AGAINST, SLACK, Parts
 from tendon_cli.fits.suit.suit_checks import check_durations, check_log, check_motion, note_on_load
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate, fitted
-from tendon_cli.fits.suit.suit_log import Floats, SuitLog, read_logs
+from tendon_cli.fits.suit.suit_log import SuitLog, read_logs
 from tendon_cli.fits.suit.suit_model import SuitModel
 from tendon_cli.fits.suit.suit_result import SuitFit
 from tendon_cli.fits.suit.window import fitted_window
@@ -80,8 +81,7 @@ def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[SuitEstimate, Se
         is_left_out = is_slack | is_back
         if is_left_out.any() and np.mean(is_left_out) < _MOST_LEFT_OUT:
             of_back = is_back[~is_slack]
-            selection = without_parts(selection, is_slack, SLACK)
-            selection = without_parts(selection, of_back, AGAINST)
+            selection = selection.without(is_slack, SLACK).without(of_back, AGAINST)
             estimate = fitted(model, selection.parts, estimate)
         before = turn
         turn = model.turn(estimate.scores, selection.parts)
@@ -152,6 +152,7 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
     checked = any_study(study)
     given: list[Any] = list(logs) if isinstance(logs, list | tuple) else [logs]
     sources = [path_of(one) if isinstance(one, str | PathLike) else one for one in given]
+    check_logs(sources)
     section = checked.fit
     constant = section.torque_constant
     counts = section.counts_per_turn

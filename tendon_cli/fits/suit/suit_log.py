@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli.errors import InputError, UsageError
+from tendon_cli.fits.rows import Floats, Integers, spikes
 from tendon_cli.fits.suit.log_checks import check_values, note_on_time
 from tendon_cli.fits.suit.log_columns import (
     CHANNELS,
@@ -32,22 +32,11 @@ from tendon_cli.readers.table import Table, read_table
 from tendon_cli.say import join_words, spaced
 from tendon_cli.units import UnitError, counted, factor_of, parse_measure, shorten
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
-
 _LEAST_ROWS = 40
 """Least number of usable rows of a log."""
 _COMMANDED = re.compile(r"command|desired|nominal|set[ _-]?point|soll", re.IGNORECASE)
-_SPIKE_WINDOW = 7
-"""Rows of the median that a spike is far from."""
-_USUAL_SHARE = 0.9
-"""Share of the rows that are no spikes."""
-_SPIKE_TIMES = 6.0
-"""Distance of a spike from the median, over the largest usual one."""
 _SPIKE_SHARE = 0.01
-"""Least distance of a spike from the median, as a share of the range."""
-_MOST_SPIKES = 0.05
+"""Least distance of a spike from the median of its neighbours, as a share of the range."""
 _ADVICE = (
     "log the joint angle, the spool's angle and the measured torque of the motor, both directions,"
     " with two or more loads"
@@ -174,13 +163,15 @@ def _suit_log(table: Table, columns: Mapping[str, Heading | None], scaling: Scal
         raise InputError(problem, where=table.source, hint=hint)
     values = {role: column[known] for role, column in values.items()}
     lines = table.lines[known]
-    spikes = _spikes(values)
-    if spikes.any():
-        notes.append(
-            f"{table.source}: {counted(int(spikes.sum()), 'row')} far from both neighbours left out"
-        )
-        values = {role: column[~spikes] for role, column in values.items()}
-        lines = lines[~spikes]
+    is_spike = np.zeros(len(lines), dtype=bool)
+    for role, measured in values.items():
+        if role not in (TIME, LOAD_MASS):
+            is_spike |= spikes(measured, _SPIKE_SHARE * float(np.ptp(measured)))
+    if is_spike.any():
+        found = counted(int(is_spike.sum()), "row")
+        notes.append(f"{table.source}: {found} far from both neighbours left out")
+        values = {role: column[~is_spike] for role, column in values.items()}
+        lines = lines[~is_spike]
     if TIME in headings and not time_unit:
         notes.append(note_on_time(table.source, headings[TIME], values[TIME]))
     check_values(table.source, headings, values, lines)
@@ -196,21 +187,6 @@ def _suit_log(table: Table, columns: Mapping[str, Heading | None], scaling: Scal
         notes=tuple(notes),
         headings=headings,
     )
-
-
-def _spikes(values: Mapping[str, Floats]) -> Mask:
-    """Return True for rows in which a column is far from the median of its neighbours."""
-    from scipy.ndimage import median_filter
-
-    spikes = np.zeros(len(next(iter(values.values()))), dtype=bool)
-    for role, column in values.items():
-        if role in (TIME, LOAD_MASS):
-            continue
-        away = np.abs(column - median_filter(column, _SPIKE_WINDOW, mode="nearest"))
-        usual = np.quantile(away, _USUAL_SHARE)
-        spikes |= away > max(_SPIKE_TIMES * usual, _SPIKE_SHARE * float(np.ptp(column)))
-    # Many spikes are corners of steps, and no faults of single rows.
-    return spikes if np.mean(spikes) < _MOST_SPIKES else np.zeros(len(spikes), dtype=bool)
 
 
 def _load_of_comments(table: Table, rows: int) -> Floats | None:

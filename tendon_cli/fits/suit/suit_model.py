@@ -23,11 +23,11 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli.fits.rows import Floats, Mask
 from tendon_cli.fits.suit import parameters as names
 from tendon_cli.fits.suit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE
 from tendon_cli.fits.suit.parameters import Parameter
 from tendon_cli.fits.suit.stroke_parts import Parts
-from tendon_cli.fits.suit.suit_log import Floats, Mask
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.reversal import reversal

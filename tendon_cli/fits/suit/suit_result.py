@@ -99,7 +99,7 @@ class SuitFit(Displayed):
         lines += _line("holds?", self._misfit_text())
         if self.window is not None:
             lines += _line("window", self.window.text)
-        lines += _line("helps", self._help_text())
+        lines += self._help_lines()
         lines += self._rows_lines()
         lines += [f"note: {text}" for text in self.notes]
         return "\n".join(lines)
@@ -113,20 +113,22 @@ class SuitFit(Displayed):
         of_these = f"{len(told)} of {say.counted(len(stated), 'number')}"
         return f"{logs}, {strokes}: they determine {of_these} to be fitted"
 
-    def _help_text(self) -> str:
-        """Return what would tell the numbers that leave most of the doubt."""
-        texts = [
-            f"{doubt.key} leaves {say.number(100.0 * doubt.share, 2)} % of the doubt in the"
-            f" window's nearer end: {doubt.advice}"
-            for doubt in self.doubts
-        ]
+    def _help_lines(self) -> list[str]:
+        """Return what would tell the numbers that leave most of the doubt in the window."""
+        texts = []
+        for doubt in self.doubts:
+            share = f"{say.number(100.0 * doubt.share, 2)} % of the doubt in the window"
+            texts.append(f"{doubt.key} leaves {share}: {doubt.advice}")
         usual = [number.key for number in self.fitted if number.prior.endswith("(usual)")]
         if usual:
             texts.append(
-                "parts that you measured need no usual tolerance: state their +/-, or name them"
-                f' under [uncertainty], such as exact = ["{usual[0]}"]'
+                "what you know better than is usual: state its +/-, or name it as exact under"
+                f' [uncertainty], such as exact = ["{usual[0]}"]'
             )
-        return "; ".join(texts) or "the stated ranges are narrow enough"
+        lines = []
+        for place, text in enumerate(texts):
+            lines += _line("" if place else "helps", text)
+        return lines
 
     def _misfit_text(self) -> str:
         """Return how well each log is predicted from the others."""

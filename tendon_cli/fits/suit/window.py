@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
+from tendon_cli.fits.rows import Floats
 from tendon_cli.fits.suit import parameters as names
 from tendon_cli.fits.suit.fitted_numbers import FittedNumber
 from tendon_cli.fits.suit.parameters import loads_of_study
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate
-from tendon_cli.fits.suit.suit_log import Floats
 from tendon_cli.fits.suit.suit_model import SuitModel
 from tendon_cli.model.actuator import State
 from tendon_cli.space.axis import PRETENSION

@@ -27,7 +27,7 @@ async function drawWindows() {
   const to = await choiceValues("pretension_to");
   const { from_by: lower, to_by: upper } = page.design.texts;
   const ends = [...from.filter(Number.isFinite), ...to.filter(Number.isFinite)];
-  const top = 1.1 * Math.max(...ends, 1);
+  const top = 1.1 * ends.reduce((most, end) => Math.max(most, end), 1);
   const x = ticksOf(axis);
   const low = [];
   const high = [];

@@ -194,6 +194,22 @@ const settings = {
   modeBarButtonsToRemove: ["lasso2d", "autoScale2d", "sendChartToCloud"],
 };
 
+// Returns what a figure has with its texts as they stand: Plotly reads tags in them, but names of
+// parts and conditions are the user's. A template has tags of the page's own.
+function withPlainTexts(given, key = "") {
+  if (typeof given === "string" && key !== "hovertemplate") {
+    return given.replace(/&/g, "&amp;").replace(/</g, "&lt;");
+  }
+  if (Array.isArray(given)) {
+    return typeof given[0] === "number" ? given : given.map((item) => withPlainTexts(item));
+  }
+  if (given && given.constructor === Object) {
+    const entries = Object.entries(given).map(([name, item]) => [name, withPlainTexts(item, name)]);
+    return Object.fromEntries(entries);
+  }
+  return given;
+}
+
 // Draws a figure. An axis is its title or a Plotly axis; `again` draws the figure anew.
 async function drawFigure(id, again, traces, title, x, y, more = {}) {
   redraws.set(id, again);
@@ -204,7 +220,8 @@ async function drawFigure(id, again, traces, title, x, y, more = {}) {
     yaxis: asAxis(y),
     ...more,
   };
-  await Plotly.react(byId(id), traces, layout(ownLayout), settings);
+  const shown = withPlainTexts([traces, layout(ownLayout)]);
+  await Plotly.react(byId(id), ...shown, settings);
 }
 
 // The layout of a figure that is empty, with a sentence in its middle that says why.

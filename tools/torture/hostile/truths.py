@@ -8,6 +8,7 @@ import numpy as np
 
 ODD = re.compile(r"\b(nan|inf|None(?! of\s+[0-9]))\b")
 """Words that no text for a reader holds."""
+MOST_BYTES_OF_A_PAGE = 5_000_000
 ROUNDING = 1e-6
 """Share of a pretension by which two ways of computing it may differ."""
 MOST = 1e7
@@ -19,18 +20,41 @@ def try_valid(file):
     import tendon_cli as tendon
 
     study = tendon.study(file)
-    answer = tendon.design(study, jobs=1)
+    answer = tendon.design(study, file.with_name("answer"), jobs=1, overwrite=True)
     check_text(answer.text)
+    check_read_again(answer, file)
     check_text_of_record(answer)
     check_pretension(answer)
     content = json.loads(file.read_text("utf-8"))
-    run = tendon.sweep(tried(content, file), jobs=1)
+    run = tendon.sweep(tried(content, file), file.with_name("run"), jobs=1, overwrite=True)
     check_text(run.text)
+    check_read_again(run, file)
     check_sweep(answer, content, file)
     for reversal in (False, True):
         page = tendon.state(study, reversal=reversal)
         check_text(page.text)
         json.dumps(page.record, allow_nan=False)
+
+
+def check_read_again(result, file):
+    """Assert that a result is the same once it is read, and that every command takes it."""
+    import tendon_cli as tendon
+    from tendon_cli.errors import TendonError
+
+    folder = file.with_name("answer" if hasattr(result, "choices") else "run")
+    try:
+        again = tendon.open(folder)
+        # The first line of a run says how long it took.
+        skipped = 0 if hasattr(result, "choices") else 1
+        assert again.text.splitlines()[skipped:] == result.text.splitlines()[skipped:]
+        check_text(tendon.check(folder).text)
+        changes = tendon.check(folder, baseline=folder)
+        assert changes.holds or not tendon.check(folder).holds, changes.text
+        check_text(tendon.compare(folder, folder).text)
+        page = tendon.report(folder, file.with_name("page.html"), overwrite=True)
+        assert page.stat().st_size < MOST_BYTES_OF_A_PAGE
+    except TendonError as error:
+        raise AssertionError(f"{type(error).__name__} of its own {folder.name}: {error}") from error
 
 
 def tried(content, file):
@@ -93,7 +117,9 @@ def check_sweep(answer, content, file):
     best = answer.best
     uncertain = tendon.study(file).uncertain
     is_drawn = any(key.startswith("tendon.pretension") for key in uncertain)
-    if best is None or "people" in content or is_drawn:
+    # A sweep draws no usual deviations.
+    is_usual = content.get("uncertainty", {}).get("usual", True)
+    if best is None or "people" in content or is_drawn or is_usual:
         return
     low = best["pretension_from"]
     high = best["pretension_to"]
@@ -103,11 +129,13 @@ def check_sweep(answer, content, file):
     is_endless = best["pretension"] > MOST
     if at_an_end or is_endless or answer.record["question"]["pretension"] is not None:
         return
-    chosen = choice_of(content, best, answer.record["question"]["choices"])
+    chosen = choice_of(content, best, answer.record["question"]["choices"], tendon.study(file))
     designs = tendon.sweep(tried(chosen, file), jobs=1).designs
     feasible = designs["feasible"].astype(bool)
-    if "draw" in designs:
-        feasible = feasible.groupby(designs["draw"], observed=True).all()
+    drawn = ["draw"] if "draw" in designs else []
+    drawn += [table["name"] for table in content.get("table", ()) if table.get("role") == "draw"]
+    if drawn:
+        feasible = feasible.groupby([designs[name] for name in drawn], observed=True).all()
     share = feasible.mean()
     claimed = 1.0 if best["served_at"] is None else best["served_at"]
     assert share >= claimed - ROUNDING, (
@@ -115,8 +143,15 @@ def check_sweep(answer, content, file):
     )
 
 
-def choice_of(content, best, axes):
-    """Return the study with the values of a choice in place of its axes, at its pretension."""
+def choice_of(content, best, axes, study):
+    """Return the study with the values of a choice in place of its axes, at its pretension.
+
+    Args:
+        content: The study as it was written.
+        best: Row of the choice.
+        axes: Axes of the choices, from the record.
+        study: The study as it was read.
+    """
     from tendon_cli.studies.study import keys
 
     chosen = copy.deepcopy(content)
@@ -127,11 +162,19 @@ def choice_of(content, best, axes):
     for side in ("flexor", "extensor"):
         tendon.get(side, {}).pop("pretension", None)
     tendon["pretension"] = f"{best['pretension']!r} N"
+    tables_of = {table.key: table for table in study.row_tables}
     for axis in axes:
         key = axis["key"]
         value = best[axis["column"]]
         if key == "case":
             chosen["cases"] = [case for case in chosen["cases"] if case["name"] == value]
+            continue
+        if key in tables_of:
+            place = [table["name"] for table in chosen["table"]].index(key)
+            columns = tables_of[key].document()["rows"]
+            row = 1 + tables_of[key].names.index(value)
+            rows = {column[0]: [column[row]] for column in columns}
+            chosen["table"][place] = {"name": key, "role": "choice", "rows": rows}
             continue
         *tables, name = key.split(".")
         table = chosen

@@ -79,8 +79,25 @@ FILES = {
     "Ada,female,62.5,168,1\nBo,male,90,181.5,2\n",
     "person.csv": "name,sex,weight (kg),stature (cm)\nAda,female,62.5,168\n",
     "friction.toml": "[friction]\ncoefficient = 0.074\nstandard_error = 0.002\n",
+    "base.toml": '# A base\ntitle = "A base"\n[arm]\nforearm_mass = "1.4 kg"\n'
+    '[limits]\nmax_tension = "900 N"\n[motion]\nspeed = "40 deg/s"\n',
+    "springs.csv": "name,spring.stiffness (kN/m),limits.max_spring_extension (mm),price (EUR),by\n"
+    'Elbow S5,5,90,"12,5",elbow inc\n"<a href=x>S8</a>",8,60,on request,=cmd|x\n+S10,10,,21,@x\n',
+    "spools.csv": "# Spools\nname;spool.flexor_radius (mm);spool.ratio;price (EUR);made\n"
+    "a;30;0,6;9;yes\nb;24;0,8;;no\n",
+    "postures.csv": "name,load.mass,arm.upper_arm_angle (deg)\nup,1 kg,-20\nfront,0.5 kg,60\n",
 }
 """Files that studies name."""
+ROW_FILES = {
+    "springs.csv": ["spring.stiffness", "limits.max_spring_extension"],
+    "spools.csv": ["spool.flexor_radius", "spool.ratio"],
+    "postures.csv": ["load.mass", "arm.upper_arm_angle"],
+}
+"""Keys that the rows of each file set."""
+TABLE_NAMES = ("part", "spring", "robe", "conditions", "designs", "states", "persons")
+"""Names that tables may have, some of them those of files."""
+ROW_NAMES = ("a", "Elbow S5", "=1+1", "<br>", "x, y", "Größe 2", "elbow_angle", "1")
+"""Names that rows may have."""
 
 
 def said(number, unit):
@@ -121,13 +138,18 @@ class Maker:
             "model": self.model(),
             "output": self.output(),
         }
-        if self.happens(0.4):
+        if self.happens(0.9):  # by default an answer draws 256 suits
             study["uncertainty"] = self.uncertainty()
         if self.happens(0.12):
             study["people"] = self.people(study)
+        free = self.free_keys(study)
         if self.happens(0.2):
-            study["cases"] = self.cases(study)
+            study["cases"] = self.cases(free)
         study["limits"] = self.limits(study)
+        if self.happens(0.4):
+            study["table"] = self.tables(study, free)
+        if self.happens(0.15):
+            study["extends"] = "base.toml"
         study["design"] = self.goals(study)
         if self.happens(0.1):
             study["figure"] = [{"name": "a-figure", "quantity": ["required_pretension"]}]
@@ -421,7 +443,7 @@ class Maker:
 
     def uncertainty(self):
         """Return `[uncertainty]`."""
-        uncertainty = {"draws": self.rng.choice([1, 2, 4, 8])}
+        uncertainty = {"draws": self.rng.choice([1, 2, 4, 8]), "usual": self.happens(0.3)}
         if self.happens(0.5):
             uncertainty["seed"] = self.rng.randint(0, 99)
         if self.happens(0.2):
@@ -453,8 +475,11 @@ class Maker:
             study["joint"]["stiffness_with"] = "arm_volume"
         return people
 
-    def cases(self, study):
-        """Return `[[cases]]`, which set numbers that are single in the study or not in it."""
+    def free_keys(self, study):
+        """Return the keys of numbers that are single in the study, or not in it: rows may set them.
+
+        They come in a random order.
+        """
         of_bodies = ["arm.forearm_mass", "arm.forearm_com", "arm.load_distance"]
         free = []
         for key in NUMBERS:
@@ -466,8 +491,13 @@ class Maker:
             is_of_a_body = "people" in study and key in (*of_bodies, *(f"arm.{a}" for a in ANCHORS))
             if is_single and not is_of_a_file and not is_of_a_body and key != "tendon.pretension":
                 free.append(key)
+        self.rng.shuffle(free)
+        return free
+
+    def cases(self, free):
+        """Return `[[cases]]`, which set two of the keys that are free, and take these."""
         cases = []
-        changed = self.rng.sample(free, 2)
+        changed = [free.pop(), free.pop()]
         for number in range(self.rng.randint(1, 3)):
             case = {"name": f"case {number}"}
             for key in changed:
@@ -476,6 +506,63 @@ class Maker:
                     case.setdefault(table, {})[column] = self.measure(*NUMBERS[key])
             cases.append(case)
         return cases
+
+    def tables(self, study, free):
+        """Return one or two of `[[table]]`, which set keys that are free, and take these."""
+        free += [f"limits.{name}" for name in ("max_tension", "peak_motor_torque")]
+        free = [key for key in free if key.partition(".")[2] not in study["limits"]]
+        names = self.rng.sample(TABLE_NAMES, 2)
+        tables = []
+        for name in names[: self.rng.choice([1, 1, 2])]:
+            table = {"name": name} | self.rng.choice([self.row_file, self.rows, self.sample])(free)
+            role = self.rng.choice([None, None, "choice", "condition", "draw"])
+            if role is not None:
+                table["role"] = role
+            self.is_uncertain |= role == "draw"
+            tables.append(table)
+        return tables
+
+    def row_file(self, free):
+        """Return a table of a file that sets keys which are free; without one, of rows."""
+        known = [*free, "limits.max_spring_extension"]
+        files = [name for name, keys in ROW_FILES.items() if set(keys) <= set(known)]
+        if not files:
+            return self.rows(free)
+        file = self.rng.choice(files)
+        free[:] = [key for key in free if key not in ROW_FILES[file]]
+        return {"file": file}
+
+    def rows(self, free):
+        """Return a table of rows in the study, with a price or without."""
+        keys = [free.pop() for _ in range(self.rng.randint(1, 3))]
+        has_price = self.happens(0.5)
+        rows = []
+        for name in self.rng.sample(ROW_NAMES, self.rng.randint(1, 3)):
+            row = {"name": name}
+            for key in keys:
+                if key is keys[0] or self.happens(0.8):
+                    row[key] = self.measure(*self.range_of(key))
+            if has_price:
+                row["price (EUR)"] = self.rng.choice([1, 2.5, "3", "on request", "1,200", None])
+            rows.append(row)
+        return {"rows": rows}
+
+    def range_of(self, key):
+        """Return the lowest and the highest value of a number or a limit, and its unit."""
+        return LIMITS[key.removeprefix("limits.")] if key.startswith("limits.") else NUMBERS[key]
+
+    def sample(self, free):
+        """Return a table of rows that are drawn between bounds."""
+        between = {}
+        for key in (key for key in list(free) if not key.startswith("limits.")):
+            low, high, unit = NUMBERS[key]
+            first, second = self.ends(low, high)
+            between[key] = f"{said(first, unit)} to {said(second, unit)}"
+            free.remove(key)
+            if len(between) == 2:
+                break
+        kind = self.rng.choice(["sobol", "latin-hypercube", "random"])
+        return {"sample": kind, "count": self.rng.randint(1, 3), "seed": 3, "between": between}
 
     def limits(self, study):
         """Return `[limits]`: those that the study gives what they need."""
@@ -500,6 +587,9 @@ class Maker:
             chance = 0.06 if name in OF_A_SPEED else 0.12
             if name not in forbidden and self.happens(chance):
                 limits[name] = self.measure(*bounds)
+                if self.happens(0.15) and self.room["choice"] > 1:
+                    limits[name] = sorted({self.measure(*bounds), self.measure(*bounds)})
+                    self.room["choice"] //= 2
         return limits
 
     def goals(self, study):
@@ -512,6 +602,8 @@ class Maker:
             goals = self.rng.sample(known, self.rng.randint(1, 3))
             if not counts:
                 goals = [goal for goal in goals if goal != "served_at"] or ["tolerance"]
+            if "price" in str(study.get("table")) and self.happens(0.5):
+                goals[0] = "price"
             design["minimise"] = goals[:1] if self.happens(0.5) else goals[0]
             if goals[1:]:
                 design["maximise"] = goals[1:]
@@ -530,5 +622,6 @@ class Maker:
             design["pretension"] = self.rng.choice(["middle", "least", given])
         if self.happens(0.15):
             given = ["load.mass", "arm.b1", "spring.stiffness", "spool.ratio", "case"]
+            given += [table["name"] for table in study.get("table", ())]
             design["conditions"] = self.rng.sample(given, self.rng.randint(0, 3))
         return design

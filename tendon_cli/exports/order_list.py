@@ -1,0 +1,98 @@
+"""An order list of a choice: the parts of catalogues, springs, rope, strap and motor."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from tendon_cli import say
+from tendon_cli.answer_record import PartsRecord, value_of
+from tendon_cli.answers.text_parts import short_parts
+from tendon_cli.exports.chosen import ChosenSuit
+from tendon_cli.space.axis import NamedAxis
+
+ORDER_MARK = "part,quantity,supplier,number,price,currency,remark"
+"""First line of an order list."""
+_SUPPLIERS = ("supplier", "maker", "manufacturer")
+_NUMBERS = ("number", "article", "part_number", "order_number")
+_PRICE = "price"
+_MOTOR = "limits.peak_motor_torque"
+"""Key that rows of a table of motors set."""
+
+
+class OrderLine(NamedTuple):
+    """A line of an order list."""
+
+    part: str
+    quantity: str = "1"
+    supplier: str = ""
+    number: str = ""
+    price: str = ""
+    """Price of one piece."""
+    currency: str = ""
+    remark: str = ""
+
+
+def order_csv(suit: ChosenSuit) -> str:
+    """Return the parts of a choice, one a line, and what else the suit needs."""
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(ORDER_MARK.split(","))
+    writer.writerows(_lines(suit))
+    return file.getvalue()
+
+
+def _lines(suit: ChosenSuit) -> Iterator[OrderLine]:
+    listed: set[str] = set()
+    for axis in suit.question.choices.axes:
+        if not isinstance(axis, NamedAxis):
+            continue
+        listed |= set(axis.keys)
+        name = str(value_of(suit.choice, axis.column))
+        yield _of_row(axis, name)
+    parts = suit.record.parts_needed
+    is_first = suit.record.best is not None and suit.choice.choice == suit.record.best.choice
+    if parts is None or not is_first:
+        return
+    has_springs = any(key.startswith("spring.") for key in listed)
+    if not has_springs and parts.spring is not None and parts.spring.stiffness is not None:
+        stiffness = say.quantity("spring_stiffness", parts.spring.stiffness)
+        yield OrderLine(f"spring of {stiffness}", quantity="2")
+    has_motor = _MOTOR in listed
+    yield from (line for line in _needed(suit, parts) if not (has_motor and line.part == "motor"))
+
+
+def _of_row(axis: NamedAxis, name: str) -> OrderLine:
+    """Return the line of a row of a table, with what it carries."""
+    row = axis.place(name)
+    carried = {column.name: column for column in axis.carried}
+
+    def text(names: tuple[str, ...]) -> str:
+        return next((carried[one].text(row) for one in names if one in carried), "")
+
+    price = carried.get(_PRICE)
+    amount = "" if price is None or price.words else f"{float(price.values[row]):.12g}"
+    return OrderLine(
+        part=f"{axis.key} {name}",
+        quantity=str(axis.pieces),
+        supplier=text(_SUPPLIERS),
+        number=text(_NUMBERS),
+        price="" if amount == "nan" else amount,
+        currency="" if price is None else price.unit,
+    )
+
+
+def _needed(suit: ChosenSuit, parts: PartsRecord) -> Iterator[OrderLine]:
+    """Yield what the suit needs beside the parts of its catalogues, as the answer says it."""
+    length = suit.question.study.numbers["tendon.length"].array[0]
+    for words in short_parts(parts):
+        kind = "motor" if "motor" in words.split() else words.split()[1]
+        if words.startswith("springs"):
+            continue
+        quantity = "2" if kind == "rope" else "1"
+        remark = words
+        if kind == "rope":
+            remark = f"{words}; {say.quantity('tendon_length', float(length))} each"
+        yield OrderLine(part=kind, quantity=quantity, remark=remark)
