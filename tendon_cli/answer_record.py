@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias, TypeVar
 
 from tendon_cli.typed_record import AS_READ, OTHERS, Record
 
@@ -1019,6 +1019,10 @@ def as_answer(record: Mapping[str, Any]) -> AnswerRecord:
     return AnswerRecord.from_json(record)
 
 
+AnyResults = TypeVar("AnyResults", bound=AnswerResults)
+"""Record of an answer, with or without the facts of the run."""
+
+
 def holds(record: AnswerResults) -> bool:
     """Return True if the choice named first may be built and worn as the answer says.
 
@@ -1031,7 +1035,7 @@ def holds(record: AnswerResults) -> bool:
 # --- As it is read --------------------------------------------------------------------------------
 
 
-def as_read(record: AnswerResults) -> AnswerResults:
+def as_read(record: AnyResults) -> AnyResults:
     """Return a record whose choices, too, have pretensions as the gauge of the answer shows them.
 
     Whatever is said of an answer is said of this.

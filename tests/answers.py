@@ -1,7 +1,7 @@
 """Answers that several tests look at, each worked out once in a process."""
 
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, mkdtemp
 
 import tendon_cli as tendon
 from tendon_cli.windows.question import question_of
@@ -19,7 +19,7 @@ def answered(content):
     """
     written = repr(content)
     if written not in _KNOWN:
-        folder = Path(_FOLDER.name) / f"{len(_KNOWN)}"
+        folder = Path(mkdtemp(dir=_FOLDER.name)) / "answer"
         _KNOWN[written] = tendon.design(content, folder, jobs=1)
     return _KNOWN[written]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
 
@@ -33,7 +33,7 @@ from tendon_cli.space.axis import SLACK, Axis
 from tendon_cli.studies.filters import Condition, Filter
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.spaces import space_of
-from tendon_cli.studies.study import Study
+from tendon_cli.studies.study import READ_WHERE_DRAWN, Study
 from tendon_cli.tables.read import AnyTable
 from tendon_cli.tables.schema import as_numpy
 from tendon_cli.units import shorten
@@ -350,6 +350,32 @@ def cube_to_come(study: Study, kind: str) -> Cube:
         study_hash=study.hash,
         table=table,
     )
+
+
+_ON_GAUGE = {
+    "pretension": "set_flexor_tension",
+    "pretension_from": "set_flexor_tension_from",
+    "pretension_to": "set_flexor_tension_to",
+}
+"""Columns of what a gauge in the flexor shows, by those of the pretension."""
+
+
+@dataclass(frozen=True)
+class CubeAsRead(Cube):
+    """Choices whose columns of pretension are what a gauge in the flexor at the joint shows."""
+
+    @classmethod
+    def of(cls, cube: Cube) -> CubeAsRead:
+        """Return the same choices as the gauge shows them."""
+        known = {field.name: getattr(cube, field.name) for field in fields(cube)}
+        setting = {**cube.document.get("setting", {}), "read": READ_WHERE_DRAWN}
+        return cls(**{**known, "document": {**cube.document, "setting": setting}})
+
+    def gather(self, rows: Rows, columns: Sequence[str]) -> dict[str, ColumnArray]:
+        """Return columns at some rows, as `Cube.gather` does."""
+        names = {column: _ON_GAUGE.get(column, column) for column in columns}
+        read = super().gather(rows, list(names.values()))
+        return {column: read[name] for column, name in names.items()}
 
 
 def choices_of(table: AnyTable, study: Study | None = None) -> Cube:

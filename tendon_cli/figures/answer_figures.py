@@ -14,11 +14,12 @@ from tendon_cli.answer_record import (
     ChoiceRecord,
     TradeOffRecord,
     as_answer,
+    as_read,
     named_first,
     value_of,
 )
 from tendon_cli.cube.columns import column_named
-from tendon_cli.cube.cube import Cube, choices_of
+from tendon_cli.cube.cube import Cube, CubeAsRead, choices_of
 from tendon_cli.cube.labels import ColumnLabel, plain
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.answer_page import (
@@ -149,10 +150,13 @@ def draw_again(
 
 def answer_pages(name: str, cube: Cube, record: Mapping[str, Any]) -> list[Page]:
     """Draw the pages of one of FIGURES by its name; none if there is nothing to draw."""
-    answer = as_answer(record)
+    stated = as_answer(record)
+    answer = as_read(stated)
     chosen = named_first(answer)
     if chosen is None:
         return []
+    if stated.question.shows_own_f0:
+        cube = CubeAsRead.of(cube)
     with house_style(say.joint_name(record)):
         pages = FIGURES[name](cube, answer, chosen)
     return [page.of_joint(record) for page in pages]

@@ -16,9 +16,11 @@ import numpy.typing as npt
 from tendon_cli import say
 from tendon_cli.answer_record import (
     AnswerRecord,
+    ChoiceRecord,
     PopulationRecord,
     ReasonRecord,
     SobolRecord,
+    as_read,
     population_of,
     value_of,
 )
@@ -38,6 +40,7 @@ from tendon_cli.tables.schema import as_numpy
 Values = npt.NDArray[np.float64]
 Table = Mapping[str, npt.NDArray[Any]]
 
+_ENDS = ("pretension_from", "pretension_to")
 _SERVED = OKABE_ITO[0]
 _LEFT_OUT = OKABE_ITO[1]
 _INDICES = {"total": ("with all others", OKABE_ITO[5]), "first": ("alone", OKABE_ITO[0])}
@@ -75,8 +78,27 @@ def draw_population(
     kind = "persons" if "person" in population_of(record)["counts"] else "draws"
     table = open_table(folder / f"{kind}.parquet", by_name(known)).read()
     rows = {name: as_numpy(table.column(name)) for name in table.column_names}
+    if record.question.shows_own_f0 and record.best is not None:
+        rows |= {name: _on_gauge(record.best, rows[name]) for name in _ENDS}
+    record = as_read(record)
     with house_style():
         return {"for_whom": for_whom(record, rows), "how_sure": how_sure(record)}
+
+
+def _reading_name(record: AnswerRecord) -> str:
+    """Return the label of what is set, without its unit."""
+    return pretension_name({"setting": {"read": record.question.read}})
+
+
+def _on_gauge(best: ChoiceRecord, pretensions: Values) -> Values:
+    """Return F0 of the study's own arm, N, as a gauge in the flexor shows it: a line in F0."""
+    shown = best.set_flexor_tension
+    least = best.set_flexor_tension_from
+    if best.pretension is None or best.pretension_from is None or shown is None or least is None:
+        return pretensions
+    distance = best.pretension - best.pretension_from
+    gain = (shown - least) / distance if distance else 1.0
+    return np.asarray(shown + gain * (pretensions - best.pretension))
 
 
 def _nan_if_null(value: float | None) -> float:
@@ -130,7 +152,7 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
     shape: dict[str, Any] = {"ncols": 2, "width_ratios": [1.5, 1.0]} if has_bodies else {}
     panels = page.figure.subplots(1, squeeze=False, **shape)[0]
     _draw_windows(panels[0], low, high, is_served, band, pretension, record["question"]["unit"])
-    name = pretension_name(record["study"])
+    name = _reading_name(record)
     panels[0].set_ylabel(f"{name} ({record['question']['unit']})")
     if len(low) > 1:
         read = name.partition(" in the ")[0]
@@ -356,4 +378,4 @@ def _draw_probability(axes: Axes, record: AnswerRecord) -> None:
         axes.set_xlim(pretension[0], pretension[-1])
     axes.set_ylim(0.0, 104.0)
     axes.set_ylabel("share in the window (%), 95 % band")
-    axes.set_xlabel(f"{pretension_name(record['study'])} ({record['question']['unit']})")
+    axes.set_xlabel(f"{_reading_name(record)} ({record['question']['unit']})")

@@ -185,6 +185,9 @@ def check_fresh_sample(record):
         return
     first = said(record).partition("Why")[0]
     count = f"{best['served_verified']['of']:,}"
+    if record["question"]["counted"] == "draws" and best["feasible"]:
+        assert re.search(rf"works? in (\d+ of 100|all of {count}) suits so built", first)
+        return
     assert f"{count} new" in first
     assert re.search(r"\((at least |at most )?[\d.]+ (to [\d.]+ )?%\)", first)
     if not best["feasible"]:

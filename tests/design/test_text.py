@@ -200,11 +200,7 @@ def test_the_table_of_the_best_choice_has_its_numbers_with_their_units(name):
         for row in rows
         if row[2] in factors
     }
-    known = {
-        key: best[key]
-        for key in numbers
-        if key in best and key != "tolerance_length"
-    }
+    known = {key: best[key] for key in numbers if key in best and key != "tolerance_length"}
     assert len(known) > 10
     assert {key: numbers[key] for key in known} == pytest.approx(known, rel=1e-3, abs=1e-9)
     names = [row[0] for row in rows]
