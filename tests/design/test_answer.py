@@ -67,14 +67,12 @@ def test_each_fix_opens_a_window_and_a_step_less_does_not():
     assert {fix["parameter"] for fix in fixes} >= {"spool.ratio", "arm.elbow_radius"}
     for fix in fixes:
         key = fix["parameter"]
-        step = fix["after"] - fix["before"]
-        less = solved(with_value(PAPER, key, fix["before"] + 0.999 * step))
+        sign = np.sign(fix["after"] - fix["before"])
+        # It is printed with three digits, rounded away from the study's own value.
+        less = solved(with_value(PAPER, key, fix["after"] * (1.0 - 0.011 * sign)))
         assert not less.feasible[0], key
-        fixed = solved(with_value(PAPER, key, fix["before"] + step))
+        fixed = solved(with_value(PAPER, key, fix["after"]))
         assert fixed.feasible[0], key
-        low = fixed.pretension_from[0]
-        high = fixed.pretension_to[0]
-        assert high - low <= 1e-9 * high
         assert fixed.worst.max_tension[0] == pytest.approx(fix["max_tension"], rel=1e-9)
 
 
@@ -140,6 +138,7 @@ RELAXED = {
     "anchor": {"stiffness": "10 kN/m"},
     "load": {"mass": ["0 kg", "9 kg"]},
     "limits": {"max_contact_pressure": "52.9 kPa"},
+    "design": {"advice": False},
 }
 
 
@@ -182,7 +181,7 @@ def test_the_least_change_of_a_requirement_gives_a_window_and_less_gives_none(co
         assert not relaxed(content, key, less).feasible.any(), change
     text = " ".join(answer.text.split())
     if content is RELAXED:
-        assert "max_contact_pressure = 99 kPa instead of 52.9 kPa: K 5 kN/m, η 0.6" in text
+        assert "max_contact_pressure = 98.9 kPa instead of 52.9 kPa: K 5 kN/m, η 0.6" in text
         assert "loads of at most 4.42 kg instead of 9 kg" in text
         assert (
             "not enough on their own: tissue and cuffs of 100 kN/m per tendon, an upper arm tilted"

@@ -93,7 +93,7 @@ def test_one_more_never_widens_a_window_of_all(contents):
     ids=["loads", "people", "limited people", "draws"],
 )
 def test_a_lower_share_never_narrows_a_window_and_is_served_in_all_of_it(whom):
-    """By the sample itself: without a fresh one, it need not show that so many are served."""
+    """Judge by the sample itself: without a fresh one, it need not show that so many are served."""
     shares = (1.0, 0.99, 0.95, 0.9, 0.75, 0.5, 0.3)
     solutions = [solved(**whom, design={"serve": share, "verify": 0}) for share in shares]
     for more, less in pairwise(solutions):

@@ -1,4 +1,4 @@
-"""What a study does not call exact is drawn: chosen, set and judged by three samples.
+"""Answers draw whatever a study does not call exact: chosen, set and judged by three samples.
 
 Shares are compared with suits in plain NumPy (`plain_suit`), of which nothing is tendon's.
 """
@@ -12,6 +12,7 @@ import tendon_cli as tendon
 from tendon_cli import say
 from tendon_cli.model.winding import least_free_length
 from tendon_cli.space.axis import factor_of, shift_of
+from tendon_cli.studies.answer_draws import for_answer
 from tendon_cli.studies.load import study_from
 from tendon_cli.windows.coverage import upper_quantile
 from tendon_cli.windows.question import least_share_for, question_of
@@ -38,7 +39,7 @@ TAPE = ("arm.a1", "arm.b1", "arm.a2", "arm.b2", "arm.elbow_radius")
 
 def usual_of(*more):
     """Return the keys of the usual deviations that are drawn for the suit."""
-    return {*study_from(merged(SUIT, *more)).for_answer().usual}
+    return {*for_answer(study_from(merged(SUIT, *more))).usual}
 
 
 def question_with(*more):

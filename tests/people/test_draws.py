@@ -6,6 +6,7 @@ from scipy import stats
 
 from tendon_cli.engine.plan import Plan
 from tendon_cli.errors import StudyError
+from tendon_cli.studies.answer_draws import drawn
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.values import draw_numbers, quantile
@@ -114,8 +115,8 @@ def test_what_is_exact_is_not_drawn_and_stands_at_its_middle():
 def test_a_word_on_what_is_exact_draws_nothing_in_a_sweep_and_the_rest_in_an_answer():
     study = study_from(STIFF | ROUGH | {"uncertainty": {"exact": "spring.stiffness"}})
     assert study.axes == study_from(study.document()).axes == ()
-    assert study.drawn().draws == 256
-    assert set(study.drawn().uncertain) == {"sheath.friction"}
+    assert drawn(study).draws == 256
+    assert set(drawn(study).uncertain) == {"sheath.friction"}
     one_side = {"uncertainty": {"exact": "spring.flexor"}}
     assert "spring.stiffness" in study_from(STIFF | one_side).uncertain
 

@@ -1,4 +1,4 @@
-"""What stands around tables keeps its promises: sums, names, cells, pages, results read again."""
+"""Sums, names, cells, pages and results around tables keep their promises."""
 
 import json
 import threading
