@@ -178,6 +178,16 @@ def test_an_answer_is_equal_to_itself_and_says_what_to_set(answer):
             assert found[name]["a"] == found[name]["b"] == getattr(read, name)
 
 
+def test_a_choice_is_compared_at_what_is_set(answers):
+    answer = answers["suit"]
+    compared = tendon.compare(answer, answer, choice=1)
+    found = {quantity["name"]: quantity for quantity in compared.record["quantities"]}
+    row = answer.choices.iloc[1]
+    assert found["served"]["a"] == row["served_verified"]
+    (setting, *_) = numbers_in_the_flexor(compared.text)
+    assert setting == pytest.approx(row["set_flexor_tension"], rel=6e-3)
+
+
 def test_draws_of_other_numbers_are_not_taken_for_the_same(answers):
     """Each number draws by its place among all: one more, and all draws are others."""
     known = SUIT | {"uncertainty": {"draws": 16, "exact": ["sheath.friction"]}}
