@@ -101,7 +101,8 @@ def fields_of(record: type[Record]) -> tuple[RecordField, ...]:
 
 
 def _field(field: Field[Any], hint: Any) -> RecordField:
-    meaning, unit = "", ""
+    meaning = ""
+    unit = ""
     if get_origin(hint) is Annotated:
         hint, meaning, *units = get_args(hint)
         unit = units[0] if units else ""

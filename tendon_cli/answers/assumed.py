@@ -1,4 +1,4 @@
-"""What an answer assumes: deviations, drawn or not, cuffs and posture, and what each does.
+"""Assumptions of an answer: deviations, drawn or not, cuffs and posture, and what each does.
 
 Where deviations are drawn, the change of an end of the window by a standard deviation of a number
 is the coefficient of a linear fit to the ends of the windows of all draws. In an exact suit it is
@@ -63,7 +63,7 @@ def drawn_deviations(
     for place, key in enumerate(columns):
         usual = study.usual.get(key)
         if usual is None:
-            law = study.uncertain[key]
+            law = study.to_draw[key]
             value = law.middle
             deviation = _standard_deviation(law)
             words = say.quantity(keys()[key].quantity, deviation, 2)
@@ -76,7 +76,8 @@ def drawn_deviations(
             words = usual.text(split_side(key)[0])
             source = usual.source
             kind = usual.law().kind
-        origin = "usual" if usual else "fit" if study.fitted_from is not None else "study"
+        of_study = "study" if study.fitted_from is None else "fit"
+        origin = of_study if usual is None else "usual"
         records.append(
             AssumedRecord(
                 key=key,

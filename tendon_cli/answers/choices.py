@@ -33,6 +33,7 @@ from tendon_cli.windows.question import (
     Question,
     affords_motion,
     cost_per_design,
+    group_axis,
     is_sought,
     question_of,
     rows_to_prove,
@@ -63,7 +64,7 @@ class Choices(Task):
         self.stop = stop or threading.Event()
         with_motion = affords_motion(question, len(question.choices))
         self.solver = Solver(question, self.stop, with_motion=with_motion)
-        self.persons = question.group_axis
+        self.persons = group_axis(question)
         """Axis of persons or draws, which have a table; None if there are neither."""
         if question.states >= 2**63:
             raise SizeError("more than 2^63 states", hint="fewer values on an axis")

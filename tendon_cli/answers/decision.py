@@ -36,7 +36,7 @@ def decision_record(
     """
     order = Order.of(question)
     with_window = choices.select(choices.feasible)
-    if question.sets_by_sample:
+    if question.sample.sets_by_sample:
         left = [len(with_window), *map(len, order.left(with_window))]
     else:
         feasible = sum(note["feasible"] for note in notes)
@@ -124,7 +124,7 @@ def _broken_by(order: Order, choices: Solutions, tied: Rows) -> list[str]:
     broken_by = []
     for goal in order.tie_breakers:
         scores = choices.select(least).scores((goal,))
-        left = least[last_stage(scores, order.question.tie)]
+        left = least[last_stage(scores, order.question.sample.tie)]
         if len(left) < len(least):
             broken_by.append(goal.column)
         least = left

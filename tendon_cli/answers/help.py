@@ -1,4 +1,4 @@
-"""What would help if no choice has a window: the least change of one number that gives one.
+"""Help if no choice has a window: the least change of one number that gives one.
 
 A fix changes a number of the choice that is nearest to a window, a relaxation a limit or a
 condition for all choices. Both are sought alike (`least`): among values from the study's own to the
@@ -34,6 +34,7 @@ from tendon_cli.windows.question import (
     cost_per_design,
     is_sought,
     least_share_for,
+    with_enough,
 )
 from tendon_cli.windows.solutions import Solutions, solve
 from tendon_cli.windows.solver import Solver
@@ -225,7 +226,8 @@ def _printed(
     high = float(choice.pretension_to[0])
     exact = float(choice.pretension[0])
     if solver.question.placement.given is not None:
-        low = high = exact
+        low = exact
+        high = exact
     pretension = say.number_within(exact, low, high, 3)
     judged = None
     if verifier is not None:
@@ -285,9 +287,9 @@ def _of_few_groups(question: Question, choice: Solutions) -> Question:
     order = np.random.default_rng(1).permutation(groups)
     chosen = np.concatenate([binding, order[~np.isin(order, binding)]])[:most]
     few = question.within_groups(question.groups.conditions_of(chosen))
-    if not question.sets_by_sample:
+    if not question.sample.sets_by_sample:
         return few
-    return replace(few, enough=least_share_for(few.serve, few.groups.effective_count))
+    return with_enough(few, least_share_for(few.serve, few.groups.effective_count))
 
 
 def _fixes(solver: Solver, choice: Solutions, verifier: Verifier | None) -> list[FixRecord]:

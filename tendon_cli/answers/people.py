@@ -184,7 +184,7 @@ def population(
         title="",
     )
     fresh = None if judged is None else fresh_record(judged.sample)
-    shown = row_as_read(row) if question.shows_own_f0 else row
+    shown = row_as_read(row) if question.sample.shows_own_f0 else row
     record.title = population_title(question_record(question), record, shown, fresh, question.serve)
     return record
 

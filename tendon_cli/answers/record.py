@@ -58,11 +58,19 @@ from tendon_cli.model.window import Ends
 from tendon_cli.proof.certify import Certificate, Report, certify
 from tendon_cli.space.axis import PRETENSION
 from tendon_cli.space.space import Space
+from tendon_cli.studies.answer_draws import numbers_of_paper
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows import candidates
 from tendon_cli.windows.candidates import LimitPair
 from tendon_cli.windows.coverage import normalise, serves
-from tendon_cli.windows.question import Question, affords_motion, is_sought, rows_to_prove
+from tendon_cli.windows.question import (
+    Question,
+    affords_motion,
+    is_sought,
+    of_second_sample,
+    rows_to_prove,
+    with_enough,
+)
 from tendon_cli.windows.solutions import Solutions, solve, solve_windows
 from tendon_cli.windows.solver import Solver
 from tendon_cli.windows.study_arm import as_read
@@ -197,9 +205,9 @@ def _certificate(solver: Solver, choice: Solutions, report: Report) -> Certifica
     A choice that a second sample has set keeps its window and its setting.
     """
     question = solver.question
-    if not question.sets_by_sample:
+    if not question.sample.sets_by_sample:
         return certify(solver, choice, report)
-    of_sample = solver.for_question(replace(question, enough=question.serve))
+    of_sample = solver.for_question(with_enough(question, question.serve))
     solved, _ = solve_windows(of_sample, choice.points)
     proof = certify(of_sample, solved, report)
     status = proof.solution.between_samples
@@ -302,7 +310,7 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
         sensitivities=slopes,
         assumed=_assumed(solver, named_first, relevant, verifier, judged, slopes),
         listed=_listed(solver, named_first, judged),
-        of_paper=question.study.of_paper,
+        of_paper=numbers_of_paper(question.stated or question.study),
         checks=_checks(solver, named_first),
         between_samples=between,
         proved=[] if proved is None else named.records(proved),
@@ -325,7 +333,7 @@ def _set_by_second_sample(solver: Solver, choices: Solutions, to_prove: Rows) ->
         choices: Choices that may matter in some part of the work.
         to_prove: Rows that the study asks to be proved.
     """
-    second = Verifier.of(solver, second=True) if solver.question.sets_by_sample else None
+    second = Verifier.of(solver, second=True) if solver.question.sample.sets_by_sample else None
     if second is None:
         return choices
     asked_for = np.flatnonzero(np.isin(choices.row, to_prove))
@@ -354,7 +362,7 @@ def _with_proofs(solver: Solver, relevant: Solutions, to_prove: Rows, report: Re
         report: Called as each proof goes on.
     """
     while True:
-        named = NamedChoices.of(solver.question.of_second_sample(), relevant)
+        named = NamedChoices.of(of_second_sample(solver.question), relevant)
         certificates: Certificates = {}
         named.certify(solver, certificates, report)
         proved = None
@@ -462,7 +470,8 @@ def _nominal(solver: Solver, choice: Solutions) -> tuple[Solver, Solutions]:
     if not question.study.usual:
         return solver, choice
     others = tuple(axis for axis in question.conditions.axes if axis.role != "draw")
-    exact = replace(question, conditions=Space(others), serve=1.0, enough=1.0, sets_by_sample=False)
+    sample = replace(question.sample, enough=1.0, sets_by_sample=False)
+    exact = replace(question, conditions=Space(others), serve=1.0, sample=sample)
     of_suit = solver.for_question(exact)
     return of_suit, solve(of_suit, choice.points)
 

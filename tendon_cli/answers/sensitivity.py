@@ -37,8 +37,8 @@ from tendon_cli.space.axis import (
     split_side,
 )
 from tendon_cli.space.space import Space
+from tendon_cli.studies.answer_draws import drawn_numbers
 from tendon_cli.studies.study import keys
-from tendon_cli.studies.usual import drawn_numbers
 from tendon_cli.studies.values import quantile
 from tendon_cli.windows.coverage import normalise
 from tendon_cli.windows.points import Points

@@ -37,7 +37,7 @@ from tendon_cli.windows.advice import ADVICE
 from tendon_cli.windows.by_choice import ColumnArrays
 from tendon_cli.windows.coverage import share_served
 from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import Question
+from tendon_cli.windows.question import Question, column_read
 from tendon_cli.windows.solutions import ENDS, End, Solutions
 from tendon_cli.windows.study_arm import own_f0, study_arm
 from tendon_cli.windows.worst import WORST
@@ -63,7 +63,7 @@ _SEX = Column("sex", "text", "1", "sex", choices=("male", "female"))
 
 def choice_columns(question: Question) -> tuple[Column, ...]:
     """Return the columns of `choices.parquet`, those that say what a choice is first."""
-    read = question.column_read
+    read = column_read(question)
     return (*_row_columns(question.choices, read), *_solved_columns(question))
 
 
@@ -72,7 +72,7 @@ def _solved_columns(question: Question) -> tuple[Column, ...]:
     directions = ("", *question.study.motion.direction)
     or_impossible = "or what no pretension could keep"
     of_state = "direction of the state that binds; empty where the limit belongs to none"
-    read = question.column_read
+    read = column_read(question)
     return (
         *_of_quantities("pretension_from", "pretension_to", read=read),
         Column(
@@ -191,7 +191,7 @@ def _to_set(question: Question, choices: Solutions) -> Array:
 
     Where suits are drawn, a choice without a window is set to what serves most of them.
     """
-    if question.placement.given is not None or question.sets_by_sample:
+    if question.placement.given is not None or question.sample.sets_by_sample:
         return choices.pretension
     return np.where(choices.has_window, choices.pretension, np.nan)
 
@@ -226,7 +226,7 @@ def _of_end(question: Question, choices: Solutions, end: End) -> ColumnArrays:
 def condition_columns(question: Question) -> tuple[Column, ...]:
     """Return the columns of `conditions.parquet`."""
     weighting = Column("weighting", "number", "1", "how much the condition counts in a share")
-    read = question.column_read
+    read = column_read(question)
     return (*_row_columns(question.conditions, read), weighting)
 
 
@@ -253,7 +253,7 @@ def person_columns(question: Question, axis: Axis) -> tuple[Column, ...]:
         *sex,
         Column("weighting", "number", "1", "how much it counts in a share"),
         *_of_quantities(*dimensions),
-        *_of_quantities("pretension_from", "pretension_to", read=question.column_read),
+        *_of_quantities("pretension_from", "pretension_to", read=column_read(question)),
         Column("from_by", "text", "1", "limit that binds below", choices=_LIMITS),
         Column("to_by", "text", "1", "limit that binds above", choices=_LIMITS),
         *_BINDS,

@@ -224,7 +224,10 @@ def _rests_on(record: AnswerResults, best: ChoiceRecord) -> Iterator[Clause]:
     if deviations:
         is_first = record.question.set_by_sample or errors_reach_setting(record, best)
         yield Clause(deviations, 1 if is_first else 3)
-    for words in (listed_words(record), posture_words(record), paper_words(record)):
+    posture = posture_words(record)
+    if posture:
+        yield Clause(posture)
+    for words in (listed_words(record), paper_words(record)):
         if words:
             yield Clause(words, 4)
     for note in record.notes:
@@ -239,6 +242,8 @@ def _no_window(record: AnswerResults) -> Iterator[Section]:
     conflicts = record.conflicts
     if conflicts:
         nearest = min(conflicts, key=_distance)
+        if record.question.set_by_sample:
+            nearest = max(conflicts, key=lambda conflict: conflict.nearest.served or 0.0)
         yield Section("Why", [*_conflict(record, nearest)], "")
     yield Section("Would help", [*_help(record)], "")
     yield Section("Rests on", [Clause(note, 9) for note in record.notes])
@@ -441,7 +446,20 @@ def no_window_words(record: AnswerResults) -> str:
     if question.pretension is not None:
         given = f"{say.number(question.pretension)} {question.unit}"
         start = f"A {noun} of {given}{where} does not work for"
-    return f"{start} {whom}{with_any}."
+    best = ""
+    if question.set_by_sample and record.conflicts:
+        nearest = max((conflict.nearest for conflict in record.conflicts), key=_served_at_best)
+        suit = suit_words(question, nearest)
+        serve = suit.verb("serve", "serves")
+        if nearest.pretension is not None:
+            share = say.percent(_served_at_best(nearest))
+            shown = f"{say.number(nearest.pretension, 3)} {question.unit}"
+            best = f" At best {suit.words} {serve} {share}, at {shown}."
+    return f"{start} {whom}{with_any}.{best}"
+
+
+def _served_at_best(row: ChoiceRecord) -> float:
+    return row.served or 0.0
 
 
 def conflict_words(record: AnswerResults, conflict: ConflictRecord) -> Iterator[str]:

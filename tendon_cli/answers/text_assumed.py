@@ -1,4 +1,4 @@
-"""What an answer assumes, in words: deviations that are drawn or not, cuffs, posture, the arm."""
+"""Assumptions of an answer in words: deviations that are drawn or not, cuffs, posture, the arm."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def cuffs_words(record: AnswerResults) -> str:
     if not softer:
         return ""
     low, high = (
-        say.number(1e-3 * stiffness, 2)
+        say.number(1e-3 * stiffness, 3)
         for stiffness in sorted(entry.other or 0.0 for entry in softer)
     )
     measured = f"with cuffs as soft as measured ({low} to {high} kN/m per tendon)"
@@ -40,7 +40,11 @@ def cuffs_words(record: AnswerResults) -> str:
     elif best < record.serve:
         works = f"no setting serves more than {say.percent(best)}"
     else:
-        works = "another setting is needed"
+        most = max(entry.served or 0.0 for entry in softer)
+        works = (
+            f"it serves {say.percent(as_set)} to {say.percent(most)} as set, and another setting"
+            f" up to {say.percent(best)}"
+        )
     return f"This is as if cuffs did not give: {measured} {works}."
 
 
@@ -49,8 +53,8 @@ def posture_words(record: AnswerResults) -> str:
     leaning = [entry for entry in record.assumed if entry.key == _LEAN and entry.kind == "given"]
     if not leaning:
         return ""
-    shares = sorted({say.percent(entry.served or 0.0) for entry in leaning})
-    served = shares[0] if len(shares) == 1 else f"{shares[0]} and {shares[1]}"
+    leaning.sort(key=lambda entry: entry.other or 0.0)
+    served = " and ".join(say.percent(entry.served or 0.0) for entry in leaning)
     values = [entry.other or 0.0 for entry in leaning]
     step = say.quantity("upper_arm_angle", 0.5 * (max(values) - min(values)))
     return f"with the upper arm {step} farther back or forward it serves {served}"
@@ -106,7 +110,7 @@ def listed_words(record: AnswerResults) -> str:
     if best.served <= 0.0:
         return f"{of_these} none works with this choice"
     one = f"{say.number(best.pretension)} {unit}"
-    if record.question.read != "pretension":
+    if best.reading != best.pretension:
         one += f" ({say.number(best.reading, 3)} {unit} in the flexor)"
     serves = "works" if best.served >= 1.0 else f"would serve {say.percent(best.served)}"
     return f"{of_these}, {one} {serves}"

@@ -1,4 +1,4 @@
-"""What to set on which suit, in words: the choice, tensions, posture and drift."""
+"""The suit and its setting in words: the choice, tensions, posture and drift."""
 
 from __future__ import annotations
 

@@ -30,10 +30,11 @@ from tendon_cli.model.kinematics import Rows
 from tendon_cli.quantities import SIDES, Quantity, bound_name
 from tendon_cli.registry import load, table_kinds
 from tendon_cli.space.axis import SLACK, Axis
+from tendon_cli.studies.answer_draws import READ_WHERE_DRAWN
 from tendon_cli.studies.filters import Condition, Filter
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.spaces import space_of
-from tendon_cli.studies.study import READ_WHERE_DRAWN, Study
+from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import AnyTable
 from tendon_cli.tables.schema import as_numpy
 from tendon_cli.units import shorten

@@ -15,7 +15,7 @@ _SLACK = 1e-6
 
 
 class Outcome(NamedTuple):
-    """What comes out of a design."""
+    """Outcome of a design, as legends name it."""
 
     label: str
     letter: str

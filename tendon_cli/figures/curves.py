@@ -109,7 +109,7 @@ Cell = tuple[int, int]
 
 @dataclass(frozen=True)
 class Mark:
-    """What is marked on lines where it holds; it has one style on lines, another on points."""
+    """Mark on lines where something holds, with one style on lines and another on points."""
 
     name: str
     label: str

@@ -1,4 +1,4 @@
-"""What a file of a fit says of its own origin, read before it is replaced."""
+"""Origin of a file of a fit, read before it is replaced."""
 
 from __future__ import annotations
 

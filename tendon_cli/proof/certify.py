@@ -86,7 +86,7 @@ def certify(
         Stopped: The run was cancelled.
     """
     question = solver.question
-    if question.enough < 1.0:
+    if question.sample.enough < 1.0:
         ends = solver.ends_over_all_angles(solution.points)
     else:
         ends = solver.ends_that_may_bind(solution.points)
@@ -280,7 +280,7 @@ def _served_windows(solver: Solver, ends: Ends, solution: Solutions) -> tuple[Ar
     question = solver.question
     low = solution.pretension_from
     high = solution.pretension_to
-    if question.enough >= 1.0:
+    if question.sample.enough >= 1.0:
         count = len(question.conditions)
         return np.repeat(low, count), np.repeat(high, count)
     of_conditions = solver.all_limits(ends, solution.points)

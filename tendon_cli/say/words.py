@@ -439,8 +439,18 @@ def joint_name(study: Any) -> JointName:
     while isinstance(study, Mapping) and "study" in study:
         study = study["study"]
     if not isinstance(study, Mapping):
-        return JointName.of(study.joint.name, study.own_words)
+        return JointName.of(study.joint.name, _own_words(study))
     return JointName.of(study.get("joint", {}).get("name", "elbow"), _texts_in(study))
+
+
+def _own_words(study: Any) -> Iterator[str]:
+    """Yield texts that are the user's: title, names of files and rows, and what these carry."""
+    yield study.title or ""
+    yield from (str(source.get("file", "")) for source in study.sources.values())
+    for table in study.row_tables:
+        yield from table.names
+        for column in table.carried:
+            yield from column.words
 
 
 def _texts_in(content: Any) -> Iterator[str]:

@@ -35,6 +35,7 @@ from tendon_cli.state_page.lines import (
     slides_in_flexion,
     state_lines,
 )
+from tendon_cli.studies.answer_draws import drawn as with_draws
 from tendon_cli.studies.axis_words import name_words
 from tendon_cli.studies.load import AnyStudy, any_study
 from tendon_cli.studies.people.person import PersonStudy, person_study
@@ -199,7 +200,7 @@ def _drawn(study: Study, draw: int) -> tuple[Study, list[str]]:
     Raises:
         UsageError: Nothing is drawn in the study, or it does not have this draw.
     """
-    study = study.drawn()
+    study = with_draws(study)
     drawing = study.drawing
     if drawing is None:
         hint = "a number such as friction = { mean = 0.07, std = 0.01 } is drawn"

@@ -13,10 +13,10 @@ import numpy as np
 
 from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.space.axis import DRAW_AXIS, Axis, evenly_spaced
+from tendon_cli.studies.answer_draws import drawn_numbers
 from tendon_cli.studies.people.population import Population
 from tendon_cli.studies.spaces import person_axis
 from tendon_cli.studies.study import Study
-from tendon_cli.studies.usual import drawn_numbers
 from tendon_cli.studies.values import (
     OF_FRESH_BODIES,
     OF_FRESH_DRAWS,

@@ -28,13 +28,13 @@ from tendon_cli.space.axis import (
 )
 from tendon_cli.space.space import EXCURSION, INERTIA, TRAJECTORY, Space
 from tendon_cli.studies.angle_curves import curves_of
+from tendon_cli.studies.answer_draws import drawn_numbers
 from tendon_cli.studies.checks import WHOSE_ANCHORS, nothing_measured
 from tendon_cli.studies.contents import column_of
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.model_words import number_of_word, numbers_of_words
 from tendon_cli.studies.row_table import RowTable
 from tendon_cli.studies.study import Study
-from tendon_cli.studies.usual import drawn_numbers
 from tendon_cli.studies.values import Grid, StudyNumber, draw_evenly, draw_numbers
 from tendon_cli.units import shorten
 

@@ -15,6 +15,7 @@ from pydantic import PrivateAttr
 from tendon_cli import say
 from tendon_cli.display import Displayed
 from tendon_cli.model.trajectory import Trajectory
+from tendon_cli.quantities import SIDES
 from tendon_cli.registry import load
 from tendon_cli.space.axis import (
     CASE_AXIS,
@@ -22,6 +23,8 @@ from tendon_cli.space.axis import (
     PERSON_AXIS,
     SAMPLE_AXES,
     limit_of,
+    of_side,
+    split_side,
 )
 from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies import parts
@@ -46,7 +49,7 @@ from tendon_cli.studies.parts import Part, field_default
 from tendon_cli.studies.people.people_section import People
 from tendon_cli.studies.row_table import RowTable
 from tendon_cli.studies.table_section import TableSection
-from tendon_cli.studies.usual import UsualDeviation, usual_deviations
+from tendon_cli.studies.usual import UsualDeviation
 from tendon_cli.studies.values import StudyNumber, Uncertain
 
 __all__ = ["Key", "Study", "keys"]
@@ -71,8 +74,8 @@ _IDLE_INERTIA = (
     "motion.inertia counts along a trajectory, and in logs that `tendon fit-suit` reads: states of"
     " single angles have none"
 )
-READ_WHERE_DRAWN = "flexor at joint"
-"""Gauge by which suits are set that differ, unless the study says how pretensions are read."""
+_TABLES_OF_SIDES = ("sheath", "tendon", "spring", "anchor")
+"""Tables of numbers that each side has for itself."""
 _STRAP_WIDTH = "arm.contact_width"
 """Number of these tables that a designer does decide."""
 
@@ -258,22 +261,13 @@ class Study(Displayed, StudyTables):
         return varied
 
     @property
-    def intervals(self) -> dict[str, tuple[float, float]]:
-        """Ends of the numbers of which every value between two is meant, SI, by dotted key."""
-        return {key: values.extremes for key, values in self.numbers.items() if values.is_interval}
-
-    @property
     def uncertain(self) -> dict[str, Uncertain]:
         """Distributions of the uncertain numbers, by dotted key; those named exact have none."""
         return {
             key: values.uncertain
             for key, values in self.numbers.items()
-            if values.uncertain is not None and not self.is_exact(key)
+            if values.uncertain is not None and not is_exact(self, key)
         }
-
-    def is_exact(self, key: str) -> bool:
-        """Return True if `[uncertainty] exact` names a number, its table, or a sensor's error."""
-        return self.uncertainty is not None and self.uncertainty.is_exact(key)
 
     @property
     def drawing(self) -> Uncertainty | None:
@@ -291,45 +285,10 @@ class Study(Displayed, StudyTables):
     @property
     def to_draw(self) -> dict[str, Uncertain]:
         """Distributions of all that is drawn, by key: of numbers, and of usual deviations."""
-        return {**self.uncertain, **{key: usual.law() for key, usual in self.usual.items()}}
-
-    def drawn(self) -> Study:
-        """Return the same study with its uncertain numbers drawn, unless it states otherwise."""
-        stated = self.uncertainty
-        if not self.uncertain or (stated is not None and stated.asks_for_draws):
-            return self
-        return self.replaced({"uncertainty": self._drawing})
-
-    @property
-    def _drawing(self) -> Uncertainty:
-        """Draws of whoever draws although the study may not ask for it."""
-        stated = self.uncertainty
-        if stated is None or stated.asks_for_draws:
-            return stated or Uncertainty()
-        known = {"exact": stated.exact, "usual": stated.usual, "draws": Uncertainty().draws}
-        return Uncertainty().model_copy(update=known)
-
-    def for_answer(self) -> Study:
-        """Return the same study as an answer takes it: all that is not exact is drawn.
-
-        Usual deviations are among it, unless the study states otherwise. All draws and persons then
-        get the same reading of a gauge, as suits do that are built alike; F0 is not to be seen.
-        """
-        drawing = self._drawing
-        study = self.replaced({"uncertainty": drawing})
-        if drawing.usual and drawing.draws:
-            study._usual = usual_deviations(self)  # noqa: SLF001 - another study of this class
-        if study.drawing is None and self.people is None:
-            return self
-        if not self.states_reading:
-            setting = self.setting.model_copy(update={"read": READ_WHERE_DRAWN})
-            study = study.replaced({"setting": setting})
-        return study
-
-    @property
-    def states_reading(self) -> bool:
-        """True if the study says how its pretension is read."""
-        return "read" in self.setting.model_fields_set
+        own = self.uncertain
+        if self.usual:
+            own = {of: law for key, law in own.items() for of in _drawn_as(self, key)}
+        return {**own, **{key: usual.law() for key, usual in self.usual.items()}}
 
     @property
     def body_numbers(self) -> tuple[str, ...]:
@@ -344,16 +303,6 @@ class Study(Displayed, StudyTables):
 
         stated = {f"arm.{name}" for name in self.arm.model_fields_set}
         return tuple(key for key in OF_THE_BODY if key not in stated)
-
-    @property
-    def of_paper(self) -> list[str]:
-        """Keys of the arm's numbers that the study does not state: they are the paper's."""
-        if self.people is not None or self.joint.excursion is not None:
-            return []
-        of_rows = {key for table in self.row_tables for key in table.keys}
-        names = [*ANCHORS, "forearm_mass", "forearm_com", "load_distance"]
-        unstated = [f"arm.{name}" for name in names if name not in self.arm.model_fields_set]
-        return [key for key in unstated if key not in of_rows]
 
     @property
     def stated_anchors(self) -> tuple[str, ...]:
@@ -416,32 +365,24 @@ class Study(Displayed, StudyTables):
         )
 
     @property
-    def is_crossed(self) -> bool:
-        """True if every person meets every draw: there are fewer persons than draws."""
-        drawing = self.drawing
-        if self.people is None or drawing is None:
-            return False
-        if self.usual and not self.people.is_from_file:
-            return False  # the persons are a sample, too, and each has one draw
-        return self.people.persons < drawing.draws
-
-    @property
     def draws(self) -> int:
         """Length of the axis of draws of the uncertain numbers.
 
-        It is 0 if nothing is drawn, or if each person gets one draw.
+        It is 0 if nothing is drawn, or if each person gets one draw: persons of a survey, who are a
+        sample, too, where usual deviations are drawn, and any who are as many as the draws.
         """
         if self.drawing is None:
             return 0
-        if self.people is None and self.usual and self.motion.trajectory is not None:
-            return min(self.drawing.draws, _DRAWS_ALONG_MOTION)
+        draws = self.drawing.draws
         if self.people is None:
-            return self.drawing.draws
-        if not self.is_crossed:
+            is_slow = bool(self.usual) and self.motion.trajectory is not None
+            return min(draws, _DRAWS_ALONG_MOTION) if is_slow else draws
+        persons = self.people.persons
+        if persons >= draws or (self.usual and not self.people.is_from_file):
             return 0
         if self.usual:
-            return min(self.drawing.draws, max(_FEWEST_DRAWS, _MOST_PAIRS // self.people.persons))
-        return self.drawing.draws
+            return min(draws, max(_FEWEST_DRAWS, _MOST_PAIRS // persons))
+        return draws
 
     @property
     def named_lengths(self) -> dict[str, int]:
@@ -479,7 +420,8 @@ class Study(Displayed, StudyTables):
             given = [key for key in self.axes if _is_given(key)]
             tables = [table.key for table in self.row_tables if _is_condition(table)]
             stated = (*tables, *given)
-        conditions = (*stated, *SAMPLE_AXES, *self.drawn_tables, *self.intervals)
+        intervals = [key for key, values in self.numbers.items() if values.is_interval]
+        conditions = (*stated, *SAMPLE_AXES, *self.drawn_tables, *intervals)
         return tuple(key for key in self.axes if key in conditions)
 
     @property
@@ -499,16 +441,6 @@ class Study(Displayed, StudyTables):
         Each has its name, its hash and facts that were read from it.
         """
         return self._sources
-
-    @property
-    def own_words(self) -> Iterator[str]:
-        """Texts that are the user's: title, names of rows, and what these carry along."""
-        yield self.title or ""
-        yield from (str(source.get("file", "")) for source in self.sources.values())
-        for table in self.row_tables:
-            yield from table.names
-            for column in table.carried:
-                yield from column.words
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -559,7 +491,7 @@ class Study(Displayed, StudyTables):
             # Measured travels replace the anchors.
             for name in ANCHORS:
                 written["arm"].pop(name, None)
-        if not self.states_reading:
+        if not states_reading(self):
             del written["setting"]["read"]
         if self.uncertainty is not None and not self.uncertainty.asks_for_draws:
             written["uncertainty"] = {
@@ -585,6 +517,25 @@ class Study(Displayed, StudyTables):
         content = {"study": document, "axes": list(self.axes)}
         text = json.dumps(content, sort_keys=True, ensure_ascii=True)
         return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _drawn_as(study: Study, key: str) -> tuple[str, ...]:
+    """Return the keys under which an answer draws a number: of both sides each has its own."""
+    sides = tuple(of_side(key, side) for side in SIDES)
+    known = () if study.correlation is None else study.correlation.keys
+    has_sides = key.partition(".")[0] in _TABLES_OF_SIDES and split_side(key)[1] is None
+    is_common = has_sides and key not in known and study.numbers.keys().isdisjoint(sides)
+    return sides if is_common else (key,)
+
+
+def is_exact(study: Study, key: str) -> bool:
+    """Return True if `[uncertainty] exact` names a number, its table, or a sensor's error."""
+    return study.uncertainty is not None and study.uncertainty.is_exact(key)
+
+
+def states_reading(study: Study) -> bool:
+    """Return True if a study says how its pretension is read."""
+    return "read" in study.setting.model_fields_set
 
 
 # --- Roles ----------------------------------------------------------------------------------------

@@ -103,7 +103,7 @@ def relevant(solutions: Solutions, question: Question) -> Rows:
     the choices with that value.
     """
     places = [_places_of(solutions, nearest(question, solutions))]
-    if question.sets_by_sample:
+    if question.sample.sets_by_sample:
         places.append(Order.of(question).leading(solutions, FINALISTS))
     if solutions.feasible.any():
         feasible = np.flatnonzero(solutions.feasible)

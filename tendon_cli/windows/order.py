@@ -76,7 +76,7 @@ class Order:
         keeps_rest = np.bitwise_and(heeded, ~NO_ROOM) == 0
         columns = np.broadcast_arrays(
             can_be_built.astype(np.float64),
-            np.minimum(solutions.served_at, self.question.enough),
+            np.minimum(solutions.served_at, self.question.sample.enough),
             solutions.can_be_set.astype(np.float64),
             keeps_rest.astype(np.float64),
         )
@@ -90,7 +90,7 @@ class Order:
     @property
     def tie_breakers(self) -> tuple[Goal, ...]:
         """Goals that decide in turn between choices that tie, before the values of their axes."""
-        if self.question.tie == EQUAL:
+        if self.question.sample.tie == EQUAL:
             return (LEAST_TORQUE,)
         return tuple(goal for goal in (LEAST_TENSION, LEAST_TORQUE) if goal not in self.goals)
 
@@ -99,7 +99,7 @@ class Order:
         rows = np.arange(len(solutions))
         stages = []
         for place, of_rule in enumerate(self.scores(solutions).T[:-1]):
-            tie = EQUAL if place < len(FIRST_RULES) else self.question.tie
+            tie = EQUAL if place < len(FIRST_RULES) else self.question.sample.tie
             rows = rows[of_rule[rows] >= _least_equal(of_rule[rows].max(), tie)]
             stages.append(rows)
         return stages
@@ -114,7 +114,9 @@ class Order:
         """Return the place of the choice that comes first; there is at least one."""
         tied = self.left(solutions)[-1]
         for of_rule in solutions.scores(self.tie_breakers).T:
-            tied = tied[of_rule[tied] >= _least_equal(of_rule[tied].max(), self.question.tie)]
+            tied = tied[
+                of_rule[tied] >= _least_equal(of_rule[tied].max(), self.question.sample.tie)
+            ]
         return int(tied[np.argmin(self.rank(solutions.points, tied))])
 
     def rank(self, points: Points, rows: Selection) -> Rows:

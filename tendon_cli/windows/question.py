@@ -31,9 +31,10 @@ from tendon_cli.space.axis import (
     split_side,
 )
 from tendon_cli.space.space import Space
+from tendon_cli.studies.answer_draws import for_answer
 from tendon_cli.studies.checks import check_cases_are_exact, check_shares_are_counted
 from tendon_cli.studies.spaces import check_reading, space_of, wearer_axis
-from tendon_cli.studies.study import Study
+from tendon_cli.studies.study import Study, states_reading
 from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import shorten
 from tendon_cli.windows.groups import Groups
@@ -134,6 +135,21 @@ class Placement:
         return np.minimum(low + reserve, 0.5 * (low + high))
 
 
+@dataclass(frozen=True)
+class OwnSample:
+    """How far a question's own sample of persons and draws decides."""
+
+    enough: float = 1.0
+    """Share of the sample by which a window counts as serving so many: that which is asked for, or
+    more where the sample is small and chooses among many."""
+    sets_by_sample: bool = False
+    """True if the best choices are solved again, and set, by a second and larger sample."""
+    tie: float = EQUAL
+    """Relative difference up to which the goals of two choices are a tie."""
+    shows_own_f0: bool = False
+    """True if the gauge is the answer's own: columns of pretension have F0 of the study's arm."""
+
+
 @dataclass(frozen=True, eq=False)
 class Question:
     """A design question: its choices, the conditions that they must cope with, and its limits."""
@@ -147,25 +163,13 @@ class Question:
     """Goals of the study in their order; none if it leaves them open."""
     serve: float = 1.0
     """Share of persons or draws that a window must serve; 1 if there are neither."""
-    enough: float = 1.0
-    """Share of this sample by which a window counts as serving so many: `serve`, or more where the
-    sample is small and chooses among many."""
-    sets_by_sample: bool = False
-    """True if the best choices are solved again, and set, by a second and larger sample."""
-    tie: float = EQUAL
-    """Relative difference up to which the goals of two choices are a tie."""
+    sample: OwnSample = OwnSample()
+    """How far the question's own sample of persons and draws decides."""
     stated: Study | None = None
-    """The study as its author states it, without what an answer draws besides; None for `study`."""
-    shows_own_f0: bool = False
-    """True if the gauge is the answer's own: columns of pretension have F0 of the study's arm."""
+    """The study as its author states it, without what an answer draws; None for `study`."""
     placement: Placement = Placement()
     arm: Numbers = field(default_factory=dict)
     """Numbers of the conditions that hold where a suit is set, (1,) each."""
-
-    @property
-    def column_read(self) -> str:
-        """Gauge whose readings columns of pretension have."""
-        return F0 if self.shows_own_f0 else self.study.setting.read
 
     @property
     def ranking(self) -> tuple[Goal, ...]:
@@ -233,12 +237,6 @@ class Question:
             }
         return counts
 
-    @property
-    def group_axis(self) -> Axis | None:
-        """Axis of persons or, without persons, of draws or drawn rows; None if there is none."""
-        drawn = (axis for axis in self.conditions.axes if axis.role == "draw")
-        return next(drawn, None)
-
     # --- Other questions --------------------------------------------------------------------------
 
     def for_conditions(self, conditions: Rows) -> Self:
@@ -260,12 +258,6 @@ class Question:
             groups=selected.of,
         )
         return replace(self, conditions=few)
-
-    def of_second_sample(self) -> Self:
-        """Return this question about choices that the second sample has solved and set."""
-        if not self.sets_by_sample:
-            return self
-        return replace(self, enough=self.serve, tie=_TIE_OF_SAMPLES)
 
     def with_numbers(self, numbers: Numbers) -> Self:
         """Return this question with other or further numbers set by its conditions."""
@@ -379,6 +371,30 @@ class Question:
         return READINGS[int(self.choices.single.get(READ, 0.0))] == F0 and not has_errors
 
 
+def of_second_sample(question: Question) -> Question:
+    """Return a question about choices that the second sample has solved and set."""
+    if not question.sample.sets_by_sample:
+        return question
+    sample = replace(question.sample, enough=question.serve, tie=_TIE_OF_SAMPLES)
+    return replace(question, sample=sample)
+
+
+def with_enough(question: Question, enough: float) -> Question:
+    """Return a question in which another share of its own sample is enough."""
+    return replace(question, sample=replace(question.sample, enough=enough))
+
+
+def group_axis(question: Question) -> Axis | None:
+    """Return the axis of persons or, without persons, of draws or drawn rows; None without one."""
+    drawn = (axis for axis in question.conditions.axes if axis.role == "draw")
+    return next(drawn, None)
+
+
+def column_read(question: Question) -> str:
+    """Return the gauge whose readings columns of pretension have."""
+    return F0 if question.sample.shows_own_f0 else question.study.setting.read
+
+
 def select_numbers(numbers: Numbers, rows: Rows | slice) -> dict[str, Array]:
     """Select some rows of every number, such as some choices or conditions."""
     return {key: values[rows] for key, values in numbers.items()}
@@ -410,7 +426,7 @@ def question_of(study: Study) -> Question:
         StudyError: It asks for a share, but has neither persons nor draws.
     """
     stated = study
-    study = study.for_answer()
+    study = for_answer(study)
     is_drawn = study is not stated
     check_cases_are_exact(study)
     check_reading(study)
@@ -418,7 +434,7 @@ def question_of(study: Study) -> Question:
     space = space_of(study).without_pretension()
     pretension = study.design.pretension
     if isinstance(pretension, StudyNumber):
-        is_f0 = is_drawn and not stated.states_reading
+        is_f0 = is_drawn and not states_reading(stated)
         placement = Placement(given=pretension.single, given_as_f0=is_f0)
     else:
         placement = Placement(cast("Place", pretension))
@@ -429,16 +445,15 @@ def question_of(study: Study) -> Question:
         bounds=bounds_of(study, space),
         goals=goals_of(study),
         serve=study.serve,
-        enough=study.serve,
         placement=placement,
         arm=arm_numbers(study, space.conditions),
         stated=stated,
-        shows_own_f0=is_drawn and not stated.states_reading,
+        sample=OwnSample(study.serve, shows_own_f0=is_drawn and not states_reading(stated)),
     )
     if not is_drawn or not study.design.verify or study.drawn_tables:
         return question
     enough = least_share_for(study.serve, question.groups.effective_count)
-    return replace(question, enough=enough, sets_by_sample=True)
+    return replace(question, sample=replace(question.sample, enough=enough, sets_by_sample=True))
 
 
 def least_share_for(serve: float, count: float) -> float:

@@ -217,7 +217,7 @@ def solve_windows(
     served_at = groups.share(is_served)
     feasible = low <= high
     if placement.given is not None:
-        feasible = served_at >= question.enough - ROUNDING
+        feasible = served_at >= question.sample.enough - ROUNDING
     conditions = np.concatenate([common.low_condition, common.high_condition])
     named = _name_limits(question, points, ends, conditions)
     solved = Solutions(
@@ -292,10 +292,10 @@ def _common_windows(
     high_condition = order[np.argmin(ends.high[:, order], axis=1)]
     low = _pick(ends.low, low_condition)
     high = _pick(ends.high, high_condition)
-    covered = question.groups.coverage(group_low, group_high, serve=question.enough)
+    covered = question.groups.coverage(group_low, group_high, serve=question.sample.enough)
     serves_all = low <= high
     windows = serves_all.astype(np.int64)
-    if question.enough < 1.0:
+    if question.sample.enough < 1.0:
         windows = covered.windows
         rows = np.flatnonzero(~np.isnan(covered.low))
         has_window = (group_low <= group_high)[:, question.groups.of]

@@ -346,9 +346,9 @@ class Solver:
                 read = window.read_by(ends, reading)
         low = [read.low.max(axis=1)]
         high = [read.high.min(axis=1)]
-        if question.enough < 1.0:
+        if question.sample.enough < 1.0:
             of_groups = question.groups.windows(read.low, read.high)
-            covered = question.groups.coverage(*of_groups, serve=question.enough)
+            covered = question.groups.coverage(*of_groups, serve=question.sample.enough)
             low += [covered.low, covered.best_low]
             high += [covered.high, covered.best_high]
         if question.placement.given is not None:

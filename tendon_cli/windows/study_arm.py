@@ -44,7 +44,7 @@ def own_f0(question: Question, points: Points, readings: Array) -> Array:
 
     Where the gauge is the answer's own, they are F0 of the study's own arm.
     """
-    if not question.shows_own_f0:
+    if not question.sample.shows_own_f0:
         return readings
     return _own_reading(question, points).pretension(readings)
 
@@ -58,7 +58,7 @@ def given_pretensions(question: Question, points: Points) -> Array:
 
 def as_read(question: Question, points: Points, pretensions: Array) -> Array:
     """Return pretensions as columns have them as the question reads them, (choices,), N."""
-    if not question.shows_own_f0:
+    if not question.sample.shows_own_f0:
         return pretensions
     return _own_reading(question, points).shown(pretensions)
 

@@ -14,7 +14,14 @@ from tendon_cli.space.axis import SAMPLE_AXES, Axis
 from tendon_cli.space.space import Space
 from tendon_cli.windows.coverage import ROUNDING, effective_count_of_strata, serves
 from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import LEAN, Placement, Question, cost_per_design, is_sought
+from tendon_cli.windows.question import (
+    LEAN,
+    Placement,
+    Question,
+    cost_per_design,
+    is_sought,
+    with_enough,
+)
 from tendon_cli.windows.solutions import Binding, End, Solutions, solve
 from tendon_cli.windows.solver import Solver
 
@@ -89,7 +96,7 @@ class Verifier:
         if not second:
             others = [_with_inside(question, axis) for axis in others]
         conditions = Space((sample.axis, *others)).grouped()
-        of_sample = replace(question, conditions=conditions, enough=question.serve)
+        of_sample = with_enough(replace(question, conditions=conditions), question.serve)
         judge = cls(solver.for_question(of_sample), sample)
         of_member = judge.solver.question.groups.conditions_per_group * cost_per_design(of_sample)
         most = _MOST_STATES // of_member

@@ -104,7 +104,6 @@ def test_fresh_draws_are_independent_of_each_other_and_of_the_studys():
 
 def test_each_fresh_person_has_a_draw_of_its_own():
     study = study_of(people(20), ROUGH, SUIT)
-    assert study.is_crossed
     sample = fresh_sample(study)
     assert len(sample) == 10_000
     friction = sample.axis.numbers["sheath.friction"]

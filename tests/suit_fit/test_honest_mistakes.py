@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.fits.suit.window import window_ends
+from tendon_cli.fits.suit.suit_window import window_ends
 
 from .conftest import STUDY
 from .test_fit_suit import ANGLE, SPOOL, TORQUE, changed

@@ -8,7 +8,7 @@ import pytest
 
 from tendon_cli.fits.suit.misfit import kernels_of
 from tendon_cli.fits.suit.parameters import usual_inertia
-from tendon_cli.fits.suit.remarks import _sensor_warnings, fast_note
+from tendon_cli.fits.suit.suit_remarks import _sensor_warnings, fast_note
 from tendon_cli.studies.fit_section import BACKLASH
 from tests.suit_fit.conftest import TRUTH as STATED
 

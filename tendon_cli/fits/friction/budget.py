@@ -14,7 +14,7 @@ import pandas as pd
 from tendon_cli.fits.friction.effects import OFFSETS
 from tendon_cli.fits.friction.estimate import FrictionEstimate
 from tendon_cli.fits.friction.usable_rows import AT_REST, Log
-from tendon_cli.fits.rows import Floats, noise_of
+from tendon_cli.fits.log_rows import Floats, noise_of
 
 FEW = 4
 """Number of strokes below which their scatter says little."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from tendon_cli.errors import InputError
 from tendon_cli.fits.friction.readings import Readings
-from tendon_cli.fits.rows import Floats, Integers, Mask, noise_of
+from tendon_cli.fits.log_rows import Floats, Integers, Mask, noise_of
 from tendon_cli.readers.file_text import raise_all
 from tendon_cli.units import shorten
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_cli.fits.friction.usable_rows import Log, bend_groups
-from tendon_cli.fits.rows import Floats
+from tendon_cli.fits.log_rows import Floats
 
 OFFSETS = ("offset_motor", "offset_load")
 DELAY = "delay"

@@ -16,7 +16,7 @@ import numpy as np
 from tendon_cli.fits.friction.effects import DELAY, priors_of
 from tendon_cli.fits.friction.models import ModelAverage, average_of
 from tendon_cli.fits.friction.usable_rows import Log, bend_groups, rates_of
-from tendon_cli.fits.rows import Floats, Integers, Mask
+from tendon_cli.fits.log_rows import Floats, Integers, Mask
 
 _BLOCK_NOISE = 0.006
 """Noise of a block over the half distance; longer blocks than it asks for would blur corners."""

@@ -24,10 +24,10 @@ from tendon_cli.fits.friction.directions import unread_direction
 from tendon_cli.fits.friction.effects import DELAY
 from tendon_cli.fits.friction.estimate import FrictionEstimate, estimate, why_no_limit
 from tendon_cli.fits.friction.fit_result import DirectionFit, Fit, PlainAnswer
+from tendon_cli.fits.friction.friction_remarks import Remarks, doubts_of
 from tendon_cli.fits.friction.models import fit_model
 from tendon_cli.fits.friction.prepare import PreparedLog, prepare
 from tendon_cli.fits.friction.readings import Readings, concatenate, read_readings
-from tendon_cli.fits.friction.remarks import Remarks, doubts_of
 from tendon_cli.fits.friction.rig import (
     BendAngle,
     bend_angle_of,
@@ -37,7 +37,7 @@ from tendon_cli.fits.friction.rig import (
 )
 from tendon_cli.fits.friction.strokes import by_file, presliding_of, speed_of, strokes_of
 from tendon_cli.fits.friction.usable_rows import INSIDE, PARTIAL, USED, Log
-from tendon_cli.fits.rows import Floats
+from tendon_cli.fits.log_rows import Floats
 from tendon_cli.units import counted, shorten
 
 _FAR_FROM_PLAIN = 1.0

@@ -21,7 +21,7 @@ from tendon_cli.fits.friction.effects import (
     sets_of,
 )
 from tendon_cli.fits.friction.usable_rows import Log
-from tendon_cli.fits.rows import Floats
+from tendon_cli.fits.log_rows import Floats
 
 _GAIN = 0.1
 """Prior standard deviation of the log gain: cells are calibrated to a few per cent."""

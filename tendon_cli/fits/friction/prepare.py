@@ -27,7 +27,7 @@ from tendon_cli.fits.friction.usable_rows import (
     unusable,
     without_hum,
 )
-from tendon_cli.fits.rows import Floats, Integers, Mask, noise_of
+from tendon_cli.fits.log_rows import Floats, Integers, Mask, noise_of
 from tendon_cli.units import counted, shorten
 
 _MOSTLY = 0.5

@@ -16,7 +16,7 @@ import pandas as pd
 
 from tendon_cli import say
 from tendon_cli.errors import InputError, TendonError, UsageError
-from tendon_cli.fits.rows import Floats, Integers
+from tendon_cli.fits.log_rows import Floats, Integers
 from tendon_cli.readers.clock import first_back
 from tendon_cli.readers.heading import Heading, column_called
 from tendon_cli.readers.table import Table, read_table

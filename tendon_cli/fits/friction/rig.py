@@ -12,7 +12,7 @@ import numpy as np
 
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.fits.friction.readings import LARGEST_BEND, Readings
-from tendon_cli.fits.rows import Floats
+from tendon_cli.fits.log_rows import Floats
 from tendon_cli.readers.table import content_of, name_of
 from tendon_cli.units import (
     STANDARD_GRAVITY,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.fits.rows import SAME_READING, Floats, Integers, Mask, noise_of, spikes
+from tendon_cli.fits.log_rows import SAME_READING, Floats, Integers, Mask, noise_of, spikes
 
 REASONS = (
     "",

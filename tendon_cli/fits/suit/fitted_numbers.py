@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.fits.rows import Floats
+from tendon_cli.fits.log_rows import Floats
 from tendon_cli.fits.suit.parameters import Parameter
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate
 from tendon_cli.quantities import SIDES

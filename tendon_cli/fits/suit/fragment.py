@@ -16,7 +16,7 @@ from tendon_cli.files import begins_with, write_output
 from tendon_cli.fits.suit.fitted_numbers import FittedNumber
 from tendon_cli.fits.suit.parameters import Parameter, loads_of_study
 from tendon_cli.fits.suit.suit_result import SuitFit
-from tendon_cli.fits.suit.window import loads_judged
+from tendon_cli.fits.suit.suit_window import loads_judged
 from tendon_cli.fits.written import said_of
 from tendon_cli.version import __version__
 

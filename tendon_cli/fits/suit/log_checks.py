@@ -8,7 +8,7 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.errors import InputError
-from tendon_cli.fits.rows import Floats, Integers
+from tendon_cli.fits.log_rows import Floats, Integers
 from tendon_cli.fits.suit.log_columns import CHANNELS, COUNTS, ELBOW_ANGLE, LOAD_MASS, TIME
 from tendon_cli.quantities import PLAUSIBLE
 from tendon_cli.readers.clock import first_back

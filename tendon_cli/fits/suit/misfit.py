@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.fits.rows import Floats
+from tendon_cli.fits.log_rows import Floats
 from tendon_cli.fits.suit.stroke_parts import Parts
 
 TERMS = ("white", "stroke", "kind", "common")

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_cli.errors import Fault, StudyError
-from tendon_cli.fits.rows import Floats
+from tendon_cli.fits.log_rows import Floats
 from tendon_cli.fits.suit.log_columns import (
     ELBOW_ANGLE,
     MOTOR_TORQUE,
@@ -25,7 +25,7 @@ from tendon_cli.fits.suit.log_columns import (
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.fit_section import BACKLASH
-from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.study import Study, is_exact, keys
 from tendon_cli.studies.usual import USUAL, UsualDeviation
 from tendon_cli.studies.values import Uncertain, quantile
 from tendon_cli.units import SI_UNIT
@@ -149,7 +149,7 @@ def numbers_of(study: Study) -> list[Parameter]:
         raise StudyError(faults)
     found = []
     for key, number in study.numbers.items():
-        if number.is_axis or study.is_exact(key) or key.startswith(_NOT_FITTED):
+        if number.is_axis or is_exact(study, key) or key.startswith(_NOT_FITTED):
             continue
         law = number.uncertain or _usual_law(study, key)
         if law is None or not _is_model_number(key):
@@ -212,7 +212,7 @@ def sensors_of(
         for log in range(logs):
             name = SPOOL_ZERO if logs == 1 else f"{SPOOL_ZERO} {log + 1}"
             found.append(Parameter(name, law, "rad", is_sensor=True, log=log))
-    return [parameter for parameter in found if not study.is_exact(parameter.key)]
+    return [parameter for parameter in found if not is_exact(study, parameter.key)]
 
 
 def stated_load(key: str) -> float:

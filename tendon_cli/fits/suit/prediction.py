@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.fits.rows import Integers
+from tendon_cli.fits.log_rows import Integers
 from tendon_cli.fits.suit.log_columns import SPOOL_ANGLE
 from tendon_cli.fits.suit.parameters import unit_of
 from tendon_cli.fits.suit.stroke_parts import Parts

@@ -9,7 +9,7 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.errors import InputError
-from tendon_cli.fits.rows import Mask
+from tendon_cli.fits.log_rows import Mask
 from tendon_cli.fits.suit.stroke_parts import (
     MOST_STROKES,
     REASONS,

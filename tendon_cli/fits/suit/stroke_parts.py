@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.errors import InputError
-from tendon_cli.fits.rows import Floats, Integers, Mask
+from tendon_cli.fits.log_rows import Floats, Integers, Mask
 from tendon_cli.fits.suit.suit_log import SuitLog
 from tendon_cli.units import counted
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.errors import InputError
-from tendon_cli.fits.rows import Floats
+from tendon_cli.fits.log_rows import Floats
 from tendon_cli.fits.suit.log_columns import COUNTS, ELBOW_ANGLE, MOTOR_TORQUE, SPOOL_ANGLE, TIME
 from tendon_cli.fits.suit.parameters import LOAD, loads_of_study, range_of
 from tendon_cli.fits.suit.stroke_parts import LogStroke, Parts

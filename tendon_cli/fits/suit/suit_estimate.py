@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tendon_cli.fits.rows import Floats
+from tendon_cli.fits.log_rows import Floats
 from tendon_cli.fits.suit.misfit import Misfit, first_misfit, kernels_of, lower_factor, sized
 from tendon_cli.fits.suit.parameters import range_of
 from tendon_cli.fits.suit.stroke_parts import Parts

@@ -11,8 +11,8 @@ import numpy as np
 
 from tendon_cli.errors import InputError
 from tendon_cli.files import check_logs, path_of
+from tendon_cli.fits.log_rows import Floats
 from tendon_cli.fits.one_thread import one_thread
-from tendon_cli.fits.rows import Floats
 from tendon_cli.fits.suit.fitted_numbers import combinations, fitted_numbers
 from tendon_cli.fits.suit.log_columns import SPOOL_ANGLE, Scaling
 from tendon_cli.fits.suit.parameters import (
@@ -23,17 +23,17 @@ from tendon_cli.fits.suit.parameters import (
     sensors_of,
 )
 from tendon_cli.fits.suit.prediction import groups_of, misfits
-from tendon_cli.fits.suit.remarks import fast_note, gear_note, warnings_of
 from tendon_cli.fits.suit.row_selection import Selection, cut, selected
 from tendon_cli.fits.suit.stroke_parts import AGAINST, SLACK, Parts
 from tendon_cli.fits.suit.suit_checks import check_durations, check_log, check_motion, note_on_load
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate, fitted
 from tendon_cli.fits.suit.suit_log import SuitLog, read_logs
 from tendon_cli.fits.suit.suit_model import SuitModel
+from tendon_cli.fits.suit.suit_remarks import fast_note, gear_note, warnings_of
 from tendon_cli.fits.suit.suit_result import SuitFit
-from tendon_cli.fits.suit.window import fitted_window
+from tendon_cli.fits.suit.suit_window import fitted_window
 from tendon_cli.studies.load import AnyStudy, any_study
-from tendon_cli.studies.study import Study
+from tendon_cli.studies.study import Study, is_exact
 
 LogSource: TypeAlias = str | PathLike[str] | Mapping[str, Any] | Any
 _LEAST_LEARNED = 0.1
@@ -61,9 +61,9 @@ def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[SuitEstimate, Se
     has_time = all(log.time is not None for log in thin)
     sensors = sensors_of(_joined(thin), len(thin), study, has_time=has_time)
     loads = _stated_loads(thin)
-    if loads or study.is_exact(LOAD):
+    if loads or is_exact(study, LOAD):
         numbers = [parameter for parameter in numbers if parameter.key != LOAD]
-    weighed = [] if study.is_exact(LOAD) else loads_of(loads)
+    weighed = [] if is_exact(study, LOAD) else loads_of(loads)
     parameters = [*numbers, *weighed, *sensors]
     if has_time:
         parameters.append(inertia_of(study))

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.fits.rows import Floats, Integers, spikes
+from tendon_cli.fits.log_rows import Floats, Integers, spikes
 from tendon_cli.fits.suit.log_checks import check_values, note_on_time
 from tendon_cli.fits.suit.log_columns import (
     CHANNELS,

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.fits.rows import Floats, Mask
+from tendon_cli.fits.log_rows import Floats, Mask
 from tendon_cli.fits.suit import parameters as names
 from tendon_cli.fits.suit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE
 from tendon_cli.fits.suit.parameters import Parameter

@@ -14,7 +14,7 @@ from tendon_cli.fits.suit.parameters import GEAR_EFFICIENCY, unit_of
 from tendon_cli.fits.suit.prediction import ChannelMisfit
 from tendon_cli.fits.suit.row_selection import Selection
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate
-from tendon_cli.fits.suit.window import Doubt, FittedWindow
+from tendon_cli.fits.suit.suit_window import Doubt, FittedWindow
 
 _WIDTH = 100
 _UNUSUAL = 1.0

@@ -30,7 +30,7 @@ from tendon_cli.fits.friction.usable_rows import (
     UNLOADED,
     Log,
 )
-from tendon_cli.fits.rows import Floats
+from tendon_cli.fits.log_rows import Floats
 from tendon_cli.units import counted, force_factor, shorten
 
 _SHOWN = 0.5

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.fits.rows import Floats
+from tendon_cli.fits.log_rows import Floats
 from tendon_cli.fits.suit import parameters as names
 from tendon_cli.fits.suit.fitted_numbers import FittedNumber
 from tendon_cli.fits.suit.parameters import loads_of_study
@@ -45,7 +45,7 @@ _TELLS = (
     ("sheath.bend", "measure the bend of the sheath as worn"),
     ("", "log with a load cell at the flexor's motor end, or with another load"),
 )
-"""What tells a number, by the beginning of its key."""
+"""Advice on what tells a number, by the beginning of its key."""
 
 
 @dataclass(frozen=True)
