@@ -137,7 +137,7 @@ class Placement:
 
 @dataclass(frozen=True)
 class OwnSample:
-    """How far a question's own sample of persons and draws decides."""
+    """Weight of a question's own sample of persons and draws in what is decided."""
 
     enough: float = 1.0
     """Share of the sample by which a window counts as serving so many: that which is asked for, or
@@ -164,7 +164,7 @@ class Question:
     serve: float = 1.0
     """Share of persons or draws that a window must serve; 1 if there are neither."""
     sample: OwnSample = OwnSample()
-    """How far the question's own sample of persons and draws decides."""
+    """Weight of the question's own sample in what is decided."""
     stated: Study | None = None
     """The study as its author states it, without what an answer draws; None for `study`."""
     placement: Placement = Placement()
