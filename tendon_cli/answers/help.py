@@ -178,6 +178,8 @@ def least(change: Change, solver: Solver, verifier: Verifier | None) -> Least | 
     if opening is None:
         return None
     place, points = opening
+    if place == 0:
+        return None  # the study's own value gives a window already
     while place > 0 and abs(values[place] - values[place - 1]) > _NARROW * abs(values[place]):
         values = change.between(values[place - 1], values[place], _SECTIONS)
         narrower = _first_opening(change, solver, values[1:], points)

@@ -17,6 +17,7 @@ from tendon_cli.answer_record import ChoiceRecord
 from tendon_cli.answers.people import GroupWindows
 from tendon_cli.model.kinematics import Flags
 from tendon_cli.model.limits import LIMIT_NAMES
+from tendon_cli.studies.answer_draws import for_answer
 from tendon_cli.studies.study import Study
 from tendon_cli.windows.coverage import normalise
 from tendon_cli.windows.points import Points
@@ -127,7 +128,9 @@ def _why_other_sample(first: Study, second: Study) -> str | None:
 
 def why_other_draws(first: Study, second: Study) -> str | None:
     """Say why a draw of one study is not that of the other by the same name; None if it is."""
-    if list(first.uncertain) != list(second.uncertain):
+    first = for_answer(first)
+    second = for_answer(second)
+    if list(first.to_draw) != list(second.to_draw):
         return "they draw different numbers"
     seeds = [None if study.drawing is None else study.drawing.seed for study in (first, second)]
     if seeds[0] != seeds[1]:

@@ -169,7 +169,7 @@ def population(
         interval_95=groups.interval(served),
         served_verified=None if judged is None else verified_record(judged),
         largest_share=largest_share,
-        largest_share_at=own_curve.best if largest_share > 0.0 else None,
+        largest_share_at=finite_or_none(own_curve.best),
         set=_spread_of_settings(question, chosen),
         by=by,
         curve=ShareCurve(

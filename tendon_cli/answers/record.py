@@ -69,6 +69,7 @@ from tendon_cli.windows.question import (
     is_sought,
     of_second_sample,
     rows_to_prove,
+    select_numbers,
     with_enough,
 )
 from tendon_cli.windows.solutions import Solutions, solve, solve_windows
@@ -522,10 +523,15 @@ def _assumed(
         slopes: Derivatives of the ends of the window.
     """
     question = solver.question
-    if verifier is None or judged is None:
+    if verifier is not None and judged is not None:
+        numbers = verifier.sample.axis.numbers
+        assumed = drawn_deviations(question, choice, numbers, *judged.windows)
+    elif question.study.usual:
+        firsts = np.flatnonzero(np.diff(question.groups.of, prepend=-1))
+        numbers = select_numbers(question.condition_numbers, firsts)
+        assumed = drawn_deviations(question, choice, numbers, *_windows_of(solver, choice))
+    else:
         return largest_first(exact_numbers(question, slopes))
-    numbers = verifier.sample.axis.numbers
-    assumed = drawn_deviations(question, choice, numbers, *judged.windows)
     if question.study.usual and not is_sought(question):
         assumed += taken_as_given(solver, choice, others)
     return largest_first(assumed)

@@ -85,6 +85,8 @@ def deviations_words(record: AnswerResults, best: ChoiceRecord | None) -> str:
     symbols = _listed([f"{_symbol(entry.key)} (± {entry.deviation_words})" for entry in named])
     is_usual = any(entry.from_ == "usual" for entry in named)
     whose = "usual deviations of " if is_usual else ""
+    if len(named) == 1:
+        return f"{symbols} is drawn; it moves {_together(question, named)}"
     return f"{whose}{symbols} are drawn; together they move {_together(question, named)}"
 
 

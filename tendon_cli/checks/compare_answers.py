@@ -11,7 +11,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
-from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, as_answer, named_first, value_of
+from tendon_cli.answer_record import (
+    AnswerRecord,
+    ChoiceRecord,
+    as_answer,
+    as_read,
+    named_first,
+    row_as_read,
+    value_of,
+)
 from tendon_cli.answers import phrases
 from tendon_cli.answers.answer import Answer
 from tendon_cli.answers.choice_rows import choice_in_row, same_choice
@@ -161,14 +169,21 @@ def compare_answers(
     )
 
 
+def _as_shown(answer: Answer, choice: ChoiceRecord | None) -> ChoiceRecord | None:
+    """Return a choice with pretensions as the gauge of its answer shows them."""
+    is_own_f0 = as_answer(answer.record).question.shows_own_f0
+    return row_as_read(choice) if choice is not None and is_own_f0 else choice
+
+
 def _with_choices(answers: tuple[Answer, Answer], row: int | None) -> Pair:
     """Return answers with the choice of each that is compared."""
-    first, second = (as_answer(answer.record) for answer in answers)
+    first, second = (as_read(as_answer(answer.record)) for answer in answers)
     if row is None:
         choices = (named_first(first), named_first(second))
     else:
         chosen = choice_in_row(answers[0], row)
-        choices = (chosen, same_choice(answers[1], chosen, first.question.choices))
+        other = same_choice(answers[1], chosen, first.question.choices)
+        choices = (_as_shown(answers[0], chosen), _as_shown(answers[1], other))
     return (
         ComparedAnswer(answers[0], first, choices[0]),
         ComparedAnswer(answers[1], second, choices[1]),

@@ -268,7 +268,8 @@ _FROM_ANSWER = (
 
 def _of_answer(suit: ChosenSuit) -> Iterator[ListedNumber]:
     """Yield what the answer says of the choice: what to set, and what its parts must bear."""
-    read = suit.record.question.read
+    question = suit.record.question
+    read = "pretension" if question.shows_own_f0 else question.read
     for name in _FROM_ANSWER:
         value = value_of(suit.choice, name)
         if value is None:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
 from tendon_cli import say
 from tendon_cli.answer_record import PartsRecord, value_of
 from tendon_cli.answers.text_parts import short_parts
-from tendon_cli.exports.chosen import ChosenSuit
+from tendon_cli.errors import UsageError
+from tendon_cli.exports.chosen import ChosenSuit, scalar
 from tendon_cli.space.axis import NamedAxis
 
 ORDER_MARK = "part,quantity,supplier,number,price,currency,remark"
@@ -37,6 +39,9 @@ class OrderLine(NamedTuple):
 
 def order_csv(suit: ChosenSuit) -> str:
     """Return the parts of a choice, one a line, and what else the suit needs."""
+    if not suit.choice.feasible:
+        problem = f"{suit.record.name}: this choice has no window, so there is nothing to order"
+        raise UsageError(problem, where="--choice", hint="`tendon show` lists the choices")
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(ORDER_MARK.split(","))
@@ -52,16 +57,24 @@ def _lines(suit: ChosenSuit) -> Iterator[OrderLine]:
         listed |= set(axis.keys)
         name = str(value_of(suit.choice, axis.column))
         yield _of_row(axis, name)
+    if not any(key.startswith("spring.") for key in listed):
+        yield from _springs(suit)
     parts = suit.record.parts_needed
     is_first = suit.record.best is not None and suit.choice.choice == suit.record.best.choice
     if parts is None or not is_first:
-        return
-    has_springs = any(key.startswith("spring.") for key in listed)
-    if not has_springs and parts.spring is not None and parts.spring.stiffness is not None:
-        stiffness = say.quantity("spring_stiffness", parts.spring.stiffness)
-        yield OrderLine(f"spring of {stiffness}", quantity="2")
+        return  # the answer works out what the choice named first needs
     has_motor = _MOTOR in listed
     yield from (line for line in _needed(suit, parts) if not (has_motor and line.part == "motor"))
+
+
+def _springs(suit: ChosenSuit) -> Iterator[OrderLine]:
+    """Yield the springs of both sides; rigid ones are none."""
+    design = suit.design()
+    stiffnesses = [scalar(side.spring_stiffness) for side in (design.flexor, design.extensor)]
+    for stiffness in dict.fromkeys(stiffnesses):
+        if math.isfinite(stiffness):
+            part = f"spring of {say.quantity('spring_stiffness', stiffness)}"
+            yield OrderLine(part, quantity=str(stiffnesses.count(stiffness)))
 
 
 def _of_row(axis: NamedAxis, name: str) -> OrderLine:

@@ -9,6 +9,7 @@ most is a problem of maximal coverage.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
@@ -212,7 +213,9 @@ class Curve:
 
     @property
     def best(self) -> float:
-        """Middle of the first stretch of pretension that serves most, N."""
+        """Middle of the first stretch of pretension that serves most, N; NaN if none serves any."""
+        if not len(self.share):
+            return math.nan
         is_most = self.share >= self.share.max() - ROUNDING
         first = int(np.argmax(is_most))
         after = first + int(np.argmin(np.append(is_most[first:], False)))
