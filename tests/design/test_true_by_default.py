@@ -104,8 +104,11 @@ def test_what_is_exact_or_has_a_deviation_of_its_own_has_no_usual_one():
     assert exact == {key for key in usual_of() if not key.startswith(("arm.", "spring."))}
     own = {"sheath": {"friction": "0.07 +/- 0.01"}}
     assert usual_of(own) == {key for key in usual_of() if not key.endswith(".friction")}
-    friction = question_with(own).condition_numbers["sheath.friction"]
-    assert friction.std() == pytest.approx(0.01, rel=0.05)
+    numbers = question_with(own).condition_numbers
+    flexor, extensor = (numbers[f"sheath.{side}.friction"] for side in ("flexor", "extensor"))
+    for friction in (flexor, extensor):
+        assert friction.std() == pytest.approx(0.01, rel=0.05)
+    assert abs(np.corrcoef(flexor, extensor)[0, 1]) < 0.5
     assert usual_of({"uncertainty": {"usual": False}}) == set()
     assert question_with({"uncertainty": {"usual": False}}).groups.noun == "conditions"
 
