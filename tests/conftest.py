@@ -15,7 +15,7 @@ import pytest
 from hypothesis import settings
 
 from tendon_cli import cli, startup
-from tendon_cli.answers import sensitivity
+from tendon_cli.answers import assumed, sensitivity
 from tendon_cli.engine import plan as plan_module
 from tendon_cli.engine.folder import RunFolder
 from tendon_cli.engine.plan import STATES_PER_BLOCK, Plan
@@ -23,6 +23,7 @@ from tendon_cli.engine.run import RunOptions, compute_parts
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.engine.threads import in_threads
 from tendon_cli.files import locked
+from tendon_cli.fits.suit import parameters
 from tendon_cli.studies import fresh_sample as fresh_module
 from tendon_cli.studies import usual
 from tendon_cli.studies.load import load_study
@@ -48,6 +49,8 @@ startup.keep_freed_memory()
 
 USUAL = usual.USUAL
 """Usual deviations as they are, for modules that draw them."""
+TAKEN_AS_THEY_ARE = (assumed.USUAL, parameters.TOLERANCES)
+"""The same in modules that have them by name, imported before any test leaves them out."""
 FEW_FRESH = 500
 """Members of fresh samples in tests, of which a study does not state another number."""
 FEW_POINTS = 256

@@ -116,9 +116,13 @@ def _strap(solver: Solver, choice: Solutions, design: Design) -> StrapRecord | N
     force_per_length = float(worst.max_contact_pressure[0])  # T/R, N/m
     if np.isnan(force_per_length):
         return None
+    width = _least(design.arm.contact_width)
+    pressure = float(choice.worst.max_contact_pressure[0])
+    if np.isfinite(width * pressure):
+        force_per_length = width * pressure  # of the sample that set the choice
     return StrapRecord(
-        width=finite_or_none(_least(design.arm.contact_width)),
-        pressure=finite_or_none(choice.worst.max_contact_pressure[0]),
+        width=finite_or_none(width),
+        pressure=finite_or_none(pressure),
         most_pressure=PAIN,
         least_width=force_per_length / PAIN,
     )

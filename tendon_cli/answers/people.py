@@ -142,7 +142,7 @@ def population(
     groups = question.groups
     people = people_of(question)
     pretension = float(chosen.pretension[0])
-    served = float(chosen.served_at[0])
+    served = float(groups.share(windows.served(pretension)[np.newaxis])[0])
     largest_share = float(chosen.served[0])
     own_curve = coverage.curve(windows.low, windows.high, groups.weighting)
     curve = own_curve

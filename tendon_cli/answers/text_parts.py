@@ -126,6 +126,12 @@ def _strap_fails(strap: StrapRecord) -> str:
 
 def _spring_fails(spring: SpringRecord) -> str:
     """Say that the flexor's spring has no room between its anchors."""
+    needed = spring.least_length
+    if spring.free_length is None and needed is not None and 0.0 < (spring.room or 0.0) < needed:
+        return (
+            f"it cannot be built: the flexor's spring is {_at_least(needed)} long unloaded or more,"
+            f" where {_at_most(spring.room or 0.0)} are left"
+        )
     itself = ""
     if spring.free_length is not None:
         itself = f" of {_length(spring.free_length)}"

@@ -459,7 +459,7 @@ def question_of(study: Study) -> Question:
 def least_share_for(serve: float, count: float) -> float:
     """Return the least share of a sample whose 95 % interval lies at `serve` or above.
 
-    It is `serve` itself where the sample is too small to tell.
+    It is 1 where the sample is too small to tell: then all of it has to be served.
 
     Args:
         serve: Share that is wanted.
@@ -470,7 +470,7 @@ def least_share_for(serve: float, count: float) -> float:
         share = served / members
         if say.interval(share, count)[0] >= serve:
             return share
-    return serve
+    return 1.0
 
 
 def rows_to_prove(question: Question) -> Rows:
