@@ -179,10 +179,13 @@ def check_logs(sources: Sequence[object]) -> None:
     for number, source in enumerate(sources, start=1):
         identity: object = id(source)
         name = f"log {number}"
-        if isinstance(source, Path) and source.is_file():
+        if isinstance(source, Path):
             name = shorten(str(source))
-            with contextlib.suppress(OSError), open_file(source) as file:
-                identity = hashlib.sha256(file.read()).digest()
+            # A file that cannot be read is refused by whoever reads it.
+            with contextlib.suppress(OSError, ValueError):
+                if source.is_file():
+                    with open_file(source) as file:
+                        identity = hashlib.sha256(file.read()).digest()
         if identity in seen:
             problem = f"{name} has the same readings as {seen[identity]}, and would count twice"
             raise UsageError(problem, hint="leave one of them out")

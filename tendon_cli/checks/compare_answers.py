@@ -256,9 +256,11 @@ def _numbers(pair: Pair, paired: PairedShares | None) -> Iterator[Number]:
             continue
         units = [_unit(column.name, one) for one in pair]
         label = column.label
-        if column.name == "pretension" and first.record.question.read != "pretension":
-            label = f"to set: {first.record.question.read}"
-        is_comparable = units[0] == units[1]
+        reads = sorted({one.record.question.read for one in pair})
+        if column.name == "pretension" and reads != ["pretension"]:
+            label = f"to set: {' or '.join(reads)}"
+        is_of_gauge = column.name.startswith("pretension")
+        is_comparable = units[0] == units[1] and (len(reads) == 1 or not is_of_gauge)
         yield Number(
             column.name,
             label,

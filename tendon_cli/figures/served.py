@@ -87,7 +87,7 @@ def draw_population(
 
 def _reading_name(record: AnswerRecord) -> str:
     """Return the label of what is set, without its unit."""
-    return pretension_name({"setting": {"read": record.question.read}})
+    return pretension_name({"setting": {"read": record["question"]["read"]}})
 
 
 def _on_gauge(best: ChoiceRecord, pretensions: Values) -> Values:

@@ -172,7 +172,7 @@ def test_a_window_for_which_the_cells_do_not_suffice_is_open(monkeypatch):
 def test_the_proof_catches_an_end_that_the_grid_misses(monkeypatch):
     """The grid misses it because no peak between two of its angles is climbed."""
 
-    def none_may_bind(_, ends, _points):
+    def none_may_bind(_, ends, _points, _reading):
         nothing = np.zeros(ends.low.shape, bool)
         return nothing, nothing
 

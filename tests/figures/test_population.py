@@ -39,7 +39,7 @@ def record(read="pretension", **population):
         "serve": 0.95,
         "best": None,
         "study": {"setting": {"read": read}},
-        "question": {"unit": "N"},
+        "question": {"unit": "N", "read": read},
         "population": {**unknown, **population},
     }
 

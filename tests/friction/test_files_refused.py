@@ -196,7 +196,7 @@ def test_every_missing_direction_and_bad_angle_is_told(csv_file) -> None:
 def test_a_note_names_the_columns_that_are_not_read(csv_file) -> None:
     content = added("torque (Nm)", *"654321")
     first = csv_file(content, "first.csv")
-    second = csv_file(content, "second.csv")
+    second = csv_file(content.replace("\n", "\n\n", 1), "second.csv")
     notes = fit_friction([first, second], bend_angle="144 deg").notes
     assert "first.csv: columns not read: torque (Nm)" in notes
     assert "second.csv: columns not read: torque (Nm)" in notes

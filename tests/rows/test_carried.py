@@ -69,7 +69,7 @@ def test_prices_stand_in_every_table_and_are_summed(run, table):
     rows = getattr(run, table)
     assert list(rows.spring_price) == [PRICES[name] for name in rows.spring]
     assert list(rows.price) == [
-        PRICES[spring] + PRICES[motor]
+        2 * PRICES[spring] + PRICES[motor]
         for spring, motor in zip(rows.spring, rows.motor, strict=True)
     ]
     assert set(rows.spring_supplier) == {"A", "B", "C"}
@@ -89,14 +89,14 @@ def test_a_dataset_has_them_along_their_own_axes(run):
     assert dataset["price"].dims == ("spring", "motor")
     assert dataset["spring_price"].dims == ("spring",)
     assert dataset["price"].attrs["units"] == "EUR"
-    assert float(dataset["price"].sel(spring="S5", motor="M12")) == 150.0
+    assert float(dataset["price"].sel(spring="S5", motor="M12")) == 180.0
 
 
 @pytest.mark.parametrize(
     ("where", "left"),
     [
-        ("price < 135 EUR", {"S5 M20", "S8 M20"}),
-        ("price < 135", {"S5 M20", "S8 M20"}),
+        ("price < 161 EUR", {"S5 M20", "S8 M20"}),
+        ("price < 161", {"S5 M20", "S8 M20"}),
         ("spring_supplier = B", {"S3 M12", "S3 M20"}),
         ("motor_mass = 410 g", {"S3 M12", "S5 M12", "S8 M12"}),
     ],

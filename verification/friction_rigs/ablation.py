@@ -13,7 +13,7 @@ from unittest.mock import patch
 
 import pandas as pd
 
-from tendon_cli.fits import rows
+from tendon_cli.fits import log_rows as rows
 from tendon_cli.fits.friction import (
     budget,
     directions,

@@ -21,7 +21,7 @@ def try_study(file):
 
 def try_fit(file):
     """Fit and print in both ways; then fit with the second column as the motor's."""
-    from tendon_cli import friction
+    from tendon_cli.fits import friction
     from tendon_cli.errors import TendonError
 
     fit = friction.fit_friction(file, bend_angle=angle_of(file))
