@@ -240,9 +240,16 @@ def _otherwise(
         kind="given",
         source=source,
         from_="study" if value is not None else "usual",
-        moves_from=finite_or_none(after.pretension_from[0] - before.pretension_from[0]),
-        moves_to=finite_or_none(after.pretension_to[0] - before.pretension_to[0]),
+        moves_from=_move(before.pretension_from[0], after.pretension_from[0]),
+        moves_to=_move(before.pretension_to[0], after.pretension_to[0]),
         other=other,
         served=float(after.served_at[0]),
         served_anew=float(anew.served.max()),
     )
+
+
+def _move(before: float, after: float) -> float | None:
+    """Return by how much an end of a window moves, N; None if either end is infinite or none."""
+    if not (np.isfinite(before) and np.isfinite(after)):
+        return None
+    return float(after - before)

@@ -240,7 +240,8 @@ def _worn_torque(solver: Solver, choice: Solutions) -> float | None:
     if angle <= 0.0 or np.exp(-friction * angle) <= _WORN_PASS:
         return None
     worn = np.full(len(question.conditions), -np.log(_WORN_PASS) / angle)
-    with_worn = solver.for_question(question.with_numbers({"sheath.friction": worn}))
+    both_sides = ("sheath.flexor.friction", "sheath.extensor.friction")
+    with_worn = solver.for_question(question.with_numbers(dict.fromkeys(both_sides, worn)))
     worst = with_worn.worst(choice.points, choice.pretension, _everyone(question))
     return abs(float(worst.peak_motor_torque[0]))
 
