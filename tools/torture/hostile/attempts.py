@@ -21,8 +21,8 @@ def try_study(file):
 
 def try_fit(file):
     """Fit and print in both ways; then fit with the second column as the motor's."""
-    from tendon_cli.fits import friction
     from tendon_cli.errors import TendonError
+    from tendon_cli.fits import friction
 
     fit = friction.fit_friction(file, bend_angle=angle_of(file))
     json.dumps(fit.record)
