@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from tendon_cli import cli, startup
+from tendon_cli import cli, files, startup
 from tendon_cli.answers import assumed, sensitivity
 from tendon_cli.engine import plan as plan_module
 from tendon_cli.engine.folder import RunFolder
@@ -71,6 +71,12 @@ def _exact_numbers():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(usual, "USUAL", {})
         yield
+
+
+@pytest.fixture(autouse=True)
+def _no_inputs_of_other_commands(monkeypatch):
+    """Forget what an earlier command read: the number of a file that is gone is given anew."""
+    monkeypatch.setattr(files, "_inputs", None)
 
 
 @pytest.fixture(scope="module", autouse=True)

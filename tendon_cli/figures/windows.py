@@ -586,7 +586,7 @@ def _mark_end(panel: Axes, drawn: OverMotion, chosen: ChoiceRecord, end: str, un
     panel.annotate(
         text,
         (place, value),
-        (-8.0 if is_right else 8.0, -9.0 if end == "from" else 9.0),
+        (-8.0 if is_right else 8.0, 9.0 if end == "from" else -9.0),  # inside the window
         textcoords="offset points",
         ha="right" if is_right else "left",
         va="center",

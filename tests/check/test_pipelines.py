@@ -48,7 +48,7 @@ def test_plain_shell_passes_and_fails_on_purpose(folder):
     make_rough(folder)
     done = run(["sh", "check.sh"], folder)
     assert done.returncode == 4
-    assert "design 3 (load_mass 10 kg): has max_tension" in done.stdout
+    assert "design 2 (load_mass 3 kg): has max_tension" in done.stdout
 
 
 def test_the_makefile_gates_and_keeps_a_baseline(folder):
