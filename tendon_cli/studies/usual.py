@@ -23,7 +23,7 @@ _MAKER = "makers' tolerance"
 _SHEATHS = "spread between sheaths"
 _PROTRACTOR = "a protractor on a worn sheath"
 _PERSONS = "scatter between persons"
-_ASSUMED = "assumed: nobody has measured it"
+_ASSUMED = "assumed: nobody has measured how far they differ"
 
 
 @dataclass(frozen=True)
