@@ -52,6 +52,11 @@ def recorded_number(value: Any) -> float:
     return math.inf if value == RIGID else float(value)
 
 
+def upper_ends(low: ColumnArray, high: ColumnArray) -> ColumnArray:
+    """Return upper ends of windows, infinite where nothing bounds one: a table has NaN there."""
+    return np.where(np.isnan(high) & ~np.isnan(low), np.inf, high)
+
+
 def conflicts_of(read: Mapping[str, ColumnArray], bounds: say.LimitValues) -> ColumnArray:
     """Say for each choice why it has no window; empty if it has one.
 
@@ -65,7 +70,7 @@ def conflicts_of(read: Mapping[str, ColumnArray], bounds: say.LimitValues) -> Co
     """
     low = read["pretension_from"]
     high = read["pretension_to"]
-    has_window = (low <= high) | (np.isnan(high) & ~np.isnan(low))
+    has_window = low <= upper_ends(low, high)
     texts = np.full(low.shape, "", dtype=object)
     for index in np.argwhere(~has_window):
         place = tuple(index)

@@ -10,20 +10,19 @@ import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.answer_record import AnswerRecord, ChoiceRecord
-from tendon_cli.cube.choice_grid import conflicts_of, served_words
+from tendon_cli.cube.choice_grid import conflicts_of, served_words, upper_ends
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import reading_unit
 from tendon_cli.figures.answer_page import (
     answer_page,
     is_settable,
-    long_axes,
     set_text,
     settable_label,
     star,
 )
 from tendon_cli.figures.backend import mpl
-from tendon_cli.figures.frame import Page
+from tendon_cli.figures.frame import Page, title_of_page
 from tendon_cli.figures.layout import map_axes
 from tendon_cli.figures.slices import (
     Area,
@@ -73,10 +72,7 @@ def grid_of_choices(
 
 def axes_of_choices(cube: Cube) -> tuple[Axis, Axis] | None:
     """Select the two longest axes of the choices; None if there are not two."""
-    if len(long_axes(cube)) < 2:
-        return None
-    chosen = cube.choose([])
-    return map_axes(cube, chosen)
+    return map_axes(cube, cube.choose([]))
 
 
 def longest_tolerance(cube: Cube) -> float:
@@ -116,8 +112,7 @@ def draw_tolerance(
         return []
     grid, read = grid_of_choices(cube, axes)
     low = read["pretension_from"]
-    high = read["pretension_to"]
-    high = np.where(np.isnan(high) & ~np.isnan(low), np.inf, high)
+    high = upper_ends(low, read["pretension_to"])
     has_window = low <= high
     length = np.where(np.isinf(high), np.inf, read["tolerance_length"])
     with np.errstate(invalid="ignore"):
@@ -196,7 +191,7 @@ def _draw_map(
         key = of_page.key()
         if of_page.star is not None:
             key.append(star(set_text(cube, record, chosen)))
-        name = f"{title} (page {number} of {len(places)})" if len(places) > 1 else title
+        name = title_of_page(title, number, len(places))
         page = answer_page(cube, record, name, shape.total, key, notes)
         draw_slice(page, of_page, shape)
         pages.append(page)

@@ -23,8 +23,9 @@ from tendon_cli.figures.limit_remarks import crosses_zero, limit_remarks
 from tendon_cli.figures.maps import (
     OF_MARGIN,
     STIFFNESS,
+    column_shown,
+    limit_colour,
     limit_text,
-    margin_shown,
     meaning_of_margin,
 )
 from tendon_cli.figures.motion_marks import (
@@ -40,7 +41,6 @@ from tendon_cli.figures.scales import Scale, axis_scale, caption, plain_numbers,
 from tendon_cli.figures.style import (
     COLUMN_WIDTH,
     INK,
-    LIMIT_COLOURS,
     MARKERS,
     OKABE_ITO,
     PAGE_HEIGHT,
@@ -179,10 +179,7 @@ def curve_data(
     is_kept = np.ones(read[plan.x_column].shape, dtype=np.bool_)
     for condition in masks:
         is_kept &= condition.holds(read[condition.column])
-    quantities = [
-        margin_shown(cube, spec) if name == OF_MARGIN else cube.shown(name, spec.units)
-        for name in plan.quantities
-    ]
+    quantities = [column_shown(cube, spec, name) for name in plan.quantities]
     values = np.array(
         [np.where(is_kept, shown.scaled(read[shown.column]), np.nan) for shown in quantities]
     )
@@ -197,9 +194,7 @@ def curve_data(
         for name in _OF_MOTION
     )
     x, x_label, x_values = _along_x(cube, plan, read, spec)
-    texts = [
-        value_texts(cube, axis, plan.positions[axis.column], spec.units) for axis in plan.panels
-    ]
+    texts = [_axis_texts(cube, plan, axis, spec) for axis in plan.panels]
     panels = tuple(", ".join(words) for words in itertools.product(*texts)) if texts else ()
     colours = _axis_texts(cube, plan, plan.colour, spec)
     lines, _ = caption(cube, spec, read, varied=[axis.column for axis in plan.axes])
@@ -345,7 +340,7 @@ def _limits(
     broken = [name for name, room in rooms.items() if crosses_zero(room)]
     marks = []
     for place, name in enumerate(broken):
-        colour = LIMIT_COLOURS[1 + place % (len(LIMIT_COLOURS) - 1)]
+        colour = limit_colour(place + 1)  # the first is on stiffness
         dashes = (-1.6 * place, (1.0, 1.6 * len(broken) - 0.6))
         on_line = {"color": colour, "linewidth": 2.6, "linestyle": dashes}
         ring = {"marker": "o", "markersize": 7.5 + 2.0 * place, "markerfacecolor": "none"}

@@ -310,10 +310,11 @@ def _slack_maps(
     Designs along one axis are drawn as lines, and those of many rows as points over each number.
     """
     cube = cube_of(open_table(run / "designs.parquet", records), study)
-    if not long_axes(cube, cube.choose([])):
+    axes = long_axes(cube, cube.choose([]))
+    if not axes:
         raise UsageError("no axis other than the load has more than one value")
     specs = [FigureSpec()]
-    if has_many_rows(long_axes(cube, cube.choose([]))):
+    if has_many_rows(axes):
         names = numbers_of_many_rows(cube)[:MOST_NUMBERS]
         specs = [FigureSpec(x=name) for name in names] or specs
     pages = [page for spec in specs for page in _pages(cube, spec)]

@@ -149,6 +149,11 @@ def numbered(pages: Sequence[Page], path: Path) -> list[tuple[Page, Path]]:
     return list(zip(pages, [path, *files], strict=False))
 
 
+def title_of_page(title: str, number: int, count: int) -> str:
+    """Return the title of one of so many pages, with its number if there are several."""
+    return f"{title} (page {number} of {count})" if count > 1 else title
+
+
 def source_of(record: Mapping[str, Any] | Record) -> str:
     """Return name and hash of the study of a record, by which `is_figure` knows a figure."""
     return f"tendon study {record['name']} {record['study_hash']}"

@@ -310,7 +310,7 @@ def weight(axis: Axis, count: int) -> float:
     A load counts half, because it is rather compared panel by panel, and a limit hardly, because no
     state changes along it.
     """
-    if limit_of(axis.key) is not None:
+    if _is_limit(axis):
         return 0.0
     return count / 2.0 if axis.column == LOAD else float(count)
 

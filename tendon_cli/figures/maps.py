@@ -24,7 +24,7 @@ from tendon_cli.cube.outcomes import (
 from tendon_cli.cube.room import bounded_column, is_default, sign_of
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import TwoSlopeNorm, mpl
-from tendon_cli.figures.frame import Page, framed
+from tendon_cli.figures.frame import Page, framed, title_of_page
 from tendon_cli.figures.layout import group_equal, joined_titles
 from tendon_cli.figures.limit_remarks import crosses_zero, limit_remarks
 from tendon_cli.figures.scales import caption
@@ -107,9 +107,7 @@ def draw_maps(
     start = 0
     for number, (of_page, shape) in enumerate(places, 1):
         stop = start + len(of_page.titles)
-        title = spec.title or cube.title
-        if len(places) > 1:
-            title = f"{title} (page {number} of {len(places)})"
+        title = title_of_page(spec.title or cube.title, number, len(places))
         seen = {limit: room[start:stop] for limit, room in rooms.items()}
         remarks = _remarks(cube, spec, of_page, seen, name)
         page = framed(
@@ -149,7 +147,7 @@ def _slice(
     rooms: Mapping[str, Floats],
 ) -> Slice:
     """Return what is drawn: values, where the flexor is slack, limits, a letter in each cell."""
-    shown = margin_shown(cube, spec) if name == OF_MARGIN else cube.shown(name, spec.units)
+    shown = column_shown(cube, spec, name)
     values = shown.scaled(read[name])
     is_margin = name == OF_MARGIN
     has_outcomes = set(OF_OUTCOMES) <= set(read)
@@ -167,7 +165,7 @@ def _slice(
         text = limit_text(cube, spec, limit)
         label = text if has_lines else f"inside breaks {text}"
         if limit != STIFFNESS or has_lines:
-            borders.append(Border(limit, label, room, _limit_colour(place)))
+            borders.append(Border(limit, label, room, limit_colour(place)))
     if is_margin and has_lines:
         label = "margin = 0, ticks on the slack side"
         borders.append(Border("boundary", label, values, INK, 1.2))
@@ -245,7 +243,7 @@ def colour_scale(margins: Floats) -> tuple[float, list[float], str]:
     return levels[-1], levels, extend[least < levels[0], most > levels[-1]]
 
 
-def _limit_colour(place: int) -> str:
+def limit_colour(place: int) -> str:
     """Return the colour of a limit by its place among the limits; the first is on stiffness."""
     if place == 0:
         return LIMIT_COLOURS[0]
@@ -302,16 +300,16 @@ def _bound_text(cube: Cube, spec: FigureSpec, name: str) -> str:
     return cube.shown(bounded_column(name), spec.units).text(bound)
 
 
-def margin_shown(cube: Cube, spec: FigureSpec) -> ColumnLabel:
-    """Return the label and unit by which the margin is shown.
+def column_shown(cube: Cube, spec: FigureSpec, column: str) -> ColumnLabel:
+    """Return the label and unit by which a column is shown.
 
-    If the pretensions of the two sides differ, it is the least margin that both have.
+    If the pretensions of the two sides differ, the margin is the least one that both have.
     """
-    margin = cube.shown(OF_MARGIN, spec.units)
-    if not _has_two_pretensions(cube):
-        return margin
+    shown = cube.shown(column, spec.units)
+    if column != OF_MARGIN or not _has_two_pretensions(cube):
+        return shown
     name = "common margin of both pretensions"
-    return replace(margin, quantity=replace(margin.quantity, name=name, symbol="margin"))
+    return replace(shown, quantity=replace(shown.quantity, name=name, symbol="margin"))
 
 
 def meaning_of_margin(cube: Cube, *, has_lines: bool = True) -> str:

@@ -142,19 +142,20 @@ def axis_scale(
     values = axis.values[at]
     if axis.is_text:
         label = say.spaced(axis.column)
-        return _scale_of_names(label, list(map(str, values)), np.arange(len(values)))
+        return scale_of_names(label, list(map(str, values)), np.arange(len(values)))
     shown = cube.shown(axis.column, units)
     order = np.argsort(values, kind="stable")
     if not np.isfinite(values).all():  # a rigid spring is off every scale
         names = [shown.text(float(value)) for value in values[order]]
-        return _scale_of_names(shown.titled, names, order)
+        return scale_of_names(shown.titled, names, order)
     places = shown.scaled(values)[order]
     if has_cells and not axis.is_range:
-        return _scale_of_names(shown.label, list(map(number, places.tolist())), order)
+        return scale_of_names(shown.label, list(map(number, places.tolist())), order)
     return Scale(shown.label, places, order, axis.is_log and bool(np.all(values > 0.0)))
 
 
-def _scale_of_names(label: str, names: Sequence[str], order: npt.NDArray[np.intp]) -> Scale:
+def scale_of_names(label: str, names: Sequence[str], order: npt.NDArray[np.intp]) -> Scale:
+    """Return a scale of names, one place apart, in this order."""
     return Scale(label, np.arange(len(names), dtype=np.float64), order, names=tuple(names))
 
 

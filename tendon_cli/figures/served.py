@@ -24,7 +24,7 @@ from tendon_cli.answer_record import (
     population_of,
     value_of,
 )
-from tendon_cli.cube.choice_grid import pretension_name
+from tendon_cli.cube.choice_grid import pretension_name, upper_ends
 from tendon_cli.cube.labels import plain, with_symbols
 from tendon_cli.figures.answer_page import gauge_text
 from tendon_cli.figures.backend import Axes, Line2D, Patch
@@ -119,8 +119,7 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
     pretension = _nan_if_null(population["pretension"])
     kind = "draws" if population["kind"] == "draws" else "persons"
     low = rows["pretension_from"]
-    high = rows["pretension_to"]
-    high = np.where(np.isnan(high) & ~np.isnan(low), np.inf, high)
+    high = upper_ends(low, rows["pretension_to"])
     is_served = rows["served"] >= min(1.0, record["serve"]) - 1e-9
     band_low, band_high = map(_nan_if_null, population["window"])
     band = (band_low, band_high)

@@ -28,6 +28,7 @@ from tendon_cli.figures.backend import (
 )
 from tendon_cli.figures.frame import Page, fitted, grid_shape, label_panels, panels_of, text_width
 from tendon_cli.figures.layout import fewer, thin_out
+from tendon_cli.figures.limit_remarks import crosses_zero
 from tendon_cli.figures.scales import Scale, axis_scale, value_texts
 from tendon_cli.figures.style import INK, PAGE_HEIGHT, STAR, hatch_key, unknown_hatch
 from tendon_cli.model.kinematics import Rows
@@ -178,7 +179,7 @@ class Slice:
         """Return True if a panel (y, x) shows the line of a limit."""
         if not self.has_lines:
             return bool((room < 0.0).any())
-        if not bool(np.nanmin(room, initial=np.inf) < 0.0 <= np.nanmax(room, initial=-np.inf)):
+        if not crosses_zero(room):
             return False
         # Without the value of one corner a contour is drawn in the triangle of the other three.
         _, _, values = _to_edges(self.x, self.y, room)

@@ -6,6 +6,7 @@ nothing, so that their windows are bars; those of a range are an area.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -21,6 +22,7 @@ from tendon_cli.cube.choice_grid import (
     position,
     pretension_name,
     served_words,
+    upper_ends,
     value_text,
 )
 from tendon_cli.cube.columns import ColumnArray
@@ -39,7 +41,7 @@ from tendon_cli.figures.backend import Axes, Line2D, Patch
 from tendon_cli.figures.frame import Page, fitted, grid_shape, panels_of
 from tendon_cli.figures.layout import MOST_NAMES, MOST_NUMBERS, is_of_rows, numbers_that_vary
 from tendon_cli.figures.motion_marks import cell_edges, ends_key, hatch_ends
-from tendon_cli.figures.scales import Scale, axis_scale
+from tendon_cli.figures.scales import Scale, axis_scale, scale_of_names
 from tendon_cli.figures.style import (
     FAINT,
     INK,
@@ -90,7 +92,7 @@ class Windows(NamedTuple):
     def of(cls, read: Mapping[str, ColumnArray]) -> Windows:
         """Return the windows of columns of choices, in which an end that nothing sets is NaN."""
         low, high, lower, upper = (read[name] for name in _ENDS)
-        return cls(low, np.where(np.isnan(high) & ~np.isnan(low), np.inf, high), lower, upper)
+        return cls(low, upper_ends(low, high), lower, upper)
 
     @property
     def limits(self) -> list[str]:
@@ -269,31 +271,28 @@ def draw_rows(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list[Pa
     axes = long_axes(cube)
     if cube.table is None or not any(map(is_of_rows, axes)):
         return []
-    count = int(np.prod([len(axis) for axis in cube.axes]))
+    count = cube.table.rows
     if count <= MOST_NAMES:
-        return [_draw_by_name(cube, record, chosen, axes, np.arange(count))]
+        return [_draw_by_name(cube, record, chosen, axes)]
     return [_draw_points(cube, record, chosen, evenly_spaced(count, _MOST_POINTS), count)]
 
 
 def _draw_by_name(
-    cube: Cube, record: AnswerRecord, chosen: ChoiceRecord, axes: Sequence[Axis], rows: Rows
+    cube: Cube, record: AnswerRecord, chosen: ChoiceRecord, axes: Sequence[Axis]
 ) -> Page:
     """Draw the window of each choice as a bar, with the limits that end it."""
+    texts = [
+        [str(value) if axis.is_text else value_text(cube, axis, value) for value in axis.values]
+        for axis in axes
+    ]
+    names = [", ".join(words) for words in itertools.product(*texts)]
+    rows = np.arange(len(names))
     part = Windows.of(cube.gather(rows, _ENDS))
     colours = limit_colours(part.limits)
     key = window_key([part], colours, cube.limits, "window of pretension")
     if chosen["feasible"]:
         key.append(star(set_text(cube, record, chosen)))
-    places = np.stack(np.unravel_index(rows, [len(axis) for axis in cube.axes]), axis=1)
-    names = []
-    for row in places:
-        of_axis = dict(zip(cube.axes, row.tolist(), strict=True))
-        values = [(axis, axis.values[of_axis[axis]]) for axis in axes]
-        texts = [
-            str(value) if axis.is_text else value_text(cube, axis, value) for axis, value in values
-        ]
-        names.append(", ".join(texts))
-    scale = Scale("", np.arange(float(len(rows))), np.arange(len(rows)), names=tuple(names))
+    scale = scale_of_names("", names, rows)
     page = answer_page(cube, record, "the window of each choice", 115.0, key, [])
     (panel,) = panels_of(page, 1, 1, 1)
     draw_panel(panel, scale, part, colours, chosen["pretension"])
@@ -411,7 +410,7 @@ def draw_trade_off(
     if len(set(filter(None, others))) > 1:
         pairs = zip(names, others, strict=True)
         names = [": ".join(filter(None, pair)) for pair in pairs]
-    scale = Scale(label, np.arange(float(len(names))), order, names=tuple(names))
+    scale = scale_of_names(label, names, order)
     part = Windows.of({name: _column(choices, name) for name in _ENDS})
     colours = limit_colours(part.limits)
     meaning = f"window that works for {served_words(record)}"
