@@ -43,7 +43,7 @@ def columns_of(points: Log, effects: tuple[str, ...], zeros: Floats) -> list[Flo
     """Return the derivatives of the log ratio by μ, by ln g if it is fitted, and by each effect.
 
     Args:
-        points: Means over parts of strokes.
+        points: Means over parts of strokes, as `with_one_force` returns them.
         effects: Names of effects.
         zeros: Offsets of the motor's and of the load's cell at which the derivatives hold.
 
@@ -53,11 +53,10 @@ def columns_of(points: Log, effects: tuple[str, ...], zeros: Floats) -> list[Flo
     columns = [points.way * points.bend]
     if points.both_ways:
         columns.append(np.ones(len(points.way)))
-    forces = _with_one_force(points)
-    return columns + [_slope(forces, effect, zeros) for effect in effects]
+    return columns + [_slope(points, effect, zeros) for effect in effects]
 
 
-def _with_one_force(points: Log) -> Log:
+def with_one_force(points: Log) -> Log:
     """Return points whose two forces come from the mean of both cells.
 
     Noise of a cell moves the log ratio and 1/F of that cell together, which passes for a zero

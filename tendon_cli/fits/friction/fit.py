@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.files import check_logs, path_of
+from tendon_cli.files import path_of
 from tendon_cli.fits.friction.budget import (
     FrictionUncertainty,
     readings_without_load,
@@ -24,7 +24,7 @@ from tendon_cli.fits.friction.directions import unread_direction
 from tendon_cli.fits.friction.effects import DELAY
 from tendon_cli.fits.friction.estimate import FrictionEstimate, estimate, why_no_limit
 from tendon_cli.fits.friction.fit_result import DirectionFit, Fit, PlainAnswer
-from tendon_cli.fits.friction.friction_remarks import Remarks, doubts_of
+from tendon_cli.fits.friction.friction_remarks import Remarks, doubts_of, strokes_used
 from tendon_cli.fits.friction.models import fit_model
 from tendon_cli.fits.friction.prepare import PreparedLog, prepare
 from tendon_cli.fits.friction.readings import Readings, concatenate, read_readings
@@ -37,8 +37,9 @@ from tendon_cli.fits.friction.rig import (
 )
 from tendon_cli.fits.friction.strokes import by_file, presliding_of, speed_of, strokes_of
 from tendon_cli.fits.friction.usable_rows import INSIDE, PARTIAL, USED, Log
+from tendon_cli.fits.given_logs import check_logs
 from tendon_cli.fits.log_rows import Floats
-from tendon_cli.units import counted, shorten
+from tendon_cli.units import shorten
 
 _FAR_FROM_PLAIN = 1.0
 """Difference from the plain answer, as a share of it, from which the two have nothing in common."""
@@ -129,7 +130,9 @@ def fit_friction(
         column = unread_direction(readings)
         _check_strokes(fit, column)
         fit = replace(fit, warnings=(*doubts_of(fit, column), *fit.warnings))
-        remarks = Remarks(fit, prepared.log, result, readings.time_unit, zeros, any(are_stated))
+        remarks = Remarks(
+            fit, prepared.log, result, readings.time_unit, zeros, any(are_stated), bare
+        )
         return replace(
             fit,
             checks=tuple(remarks.checks),
@@ -189,8 +192,7 @@ def _check_strokes(fit: Fit, column: str) -> None:
     if not fit.leaves_out_most or abs(fit.from_plain) < _FAR_FROM_PLAIN:
         return
     problem = (
-        f"only {fit.strokes} of {counted(len(fit.stroke_table), 'stroke')} found can be used,"
-        " and the rows as a whole show another coefficient"
+        f"{strokes_used(fit)} found can be used, and the rows as a whole show another coefficient"
     )
     hint = "rows without load may be read as strokes: cut them off, or name them rest in a column"
     if column:

@@ -14,7 +14,6 @@ from tendon_cli.fits.friction.budget import (
     LEAST_SCATTER,
     RESOLUTION,
     ZEROS,
-    readings_without_load,
 )
 from tendon_cli.fits.friction.effects import DELAY, ENTRY, FORCE, OFFSETS, STRICT
 from tendon_cli.fits.friction.estimate import FrictionEstimate, climbing
@@ -97,7 +96,7 @@ def doubts_of(fit: Fit, column: str) -> list[str]:
     reasons = []
     is_alone = fit.strokes < _ENOUGH_STROKES or abs(fit.from_plain) > _PLAIN_AWAY
     if fit.leaves_out_most and is_alone:
-        reasons.append(f"{_strokes_used(fit)} found can be used (--plot shows them)")
+        reasons.append(f"{strokes_used(fit)} found can be used (--plot shows them)")
     is_bare = fit.rows["code"].isin([UNLOADED, NOT_POSITIVE]).any()
     if column and is_bare:
         name = f'"{shorten(column, 30)}"'
@@ -120,7 +119,7 @@ def doubts_of(fit: Fit, column: str) -> list[str]:
     return [f"{DOUBT}: {'; '.join(reasons)}"] if reasons else []
 
 
-def _strokes_used(fit: Fit) -> str:
+def strokes_used(fit: Fit) -> str:
     """Return how many of the strokes are used, in words."""
     return f"only {fit.strokes} of {counted(len(fit.stroke_table), 'stroke')}"
 
@@ -147,6 +146,7 @@ class Remarks:
         time_unit: str | None,
         zeros: tuple[float, float],
         zero_given: bool,
+        without_load: tuple[dict[str, float], dict[str, float]],
     ) -> None:
         self.fit = fit
         self.log = log
@@ -156,6 +156,7 @@ class Remarks:
         self.time_unit = time_unit
         self.zeros = zeros
         self.zero_given = zero_given
+        self.without_load = without_load
         self.mu = "μφ" if fit.bend_angle is None else "μ"
         self.checks: list[Check] = []
         self.notes = [*fit.notes]
@@ -360,11 +361,10 @@ class Remarks:
         Returns:
             True if there are such readings.
         """
-        bare = readings_without_load(self.fit.rows)
         for number, end in enumerate(("motor", "load")):
-            if bare[number]:
-                self._remark_without_load(number, end, bare[number])
-        return any(bare)
+            if self.without_load[number]:
+                self._remark_without_load(number, end, self.without_load[number])
+        return any(self.without_load)
 
     def _remark_without_load(self, number: int, end: str, left: dict[str, float]) -> None:
         """Remark on one cell without load.
@@ -492,7 +492,7 @@ class Remarks:
                 self.warnings.append(f"{100.0 * share:.0f} % of the rows {text}")
         if self.fit.leaves_out_most and not self.fit.is_doubtful:
             self.notes.append(
-                f"{_strokes_used(self.fit)} found reach the limit; the others are left out, and the"
+                f"{strokes_used(self.fit)} found reach the limit; the others are left out, and the"
                 " rows as a whole show the same number"
             )
         share = float(np.mean(self.result.used))

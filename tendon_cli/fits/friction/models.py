@@ -19,6 +19,7 @@ from tendon_cli.fits.friction.effects import (
     EffectModel,
     columns_of,
     sets_of,
+    with_one_force,
 )
 from tendon_cli.fits.friction.usable_rows import Log
 from tendon_cli.fits.log_rows import Floats
@@ -185,8 +186,9 @@ def fit_model(
     limit = 0.9 * np.array([points.motor.min(), points.load.min()])
     tau = np.array([priors[name] for name in effects])
     steps = _STEPS if fits_offsets else 1
+    forces = with_one_force(points)
     for step in range(steps):
-        columns = columns_of(points, effects, zeros)
+        columns = columns_of(forces, effects, zeros)
         target = np.log((points.motor - zeros[0]) / (points.load - zeros[1]))
         for cell, place in enumerate(places):
             if place is not None:  # the target is linear in an offset about its last value

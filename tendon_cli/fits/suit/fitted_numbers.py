@@ -14,6 +14,7 @@ from tendon_cli import say
 from tendon_cli.fits.log_rows import Floats
 from tendon_cli.fits.suit.parameters import Parameter
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate
+from tendon_cli.fits.suit.suit_model import stepped
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import of_side, split_side
 from tendon_cli.studies.study import keys
@@ -209,10 +210,7 @@ _TOGETHER: tuple[tuple[str, str, str, str, Callable[[Any, Any], Any]], ...] = (
 
 def combinations(estimate: SuitEstimate, numbers: Sequence[FittedNumber]) -> list[Combination]:
     """Return what a log tells only together."""
-    count = len(estimate.scores)
-    sets = np.tile(estimate.scores, (count + 1, 1))
-    sets[1:] += _STEP * np.eye(count)
-    values = estimate.model.values(sets)
+    values = estimate.model.values(stepped(estimate.scores, _STEP))
     std = {number.key: number.std for number in numbers}
     found = []
     for (first, second, name, unit, formula), side in itertools.product(_TOGETHER, ("", *SIDES)):

@@ -10,6 +10,7 @@ from tendon_cli import say
 from tendon_cli.errors import InputError
 from tendon_cli.fits.log_rows import Floats, Integers
 from tendon_cli.fits.suit.log_columns import CHANNELS, COUNTS, ELBOW_ANGLE, LOAD_MASS, TIME
+from tendon_cli.fits.suit.parameters import range_of
 from tendon_cli.quantities import PLAUSIBLE
 from tendon_cli.readers.clock import first_back
 from tendon_cli.readers.heading import Heading
@@ -91,7 +92,7 @@ def _check_angle(source: str, column: Heading, angle: Floats) -> None:
         elif column.unit == COUNTS:
             hint = "is fit.counts_per_turn right?"
         raise InputError(problem, where=source, hint=hint)
-    span = float(np.quantile(angle, 0.99) - np.quantile(angle, 0.01))
+    span = range_of(angle)
     if span < _LEAST_MOTION:
         problem = (
             f"{column.shown} moves by {np.degrees(span):.2g} deg alone, expected 5 deg or more"

@@ -16,6 +16,7 @@ import numpy as np
 
 from tendon_cli.errors import InputError
 from tendon_cli.fits.log_rows import Floats, Integers, Mask
+from tendon_cli.fits.suit.parameters import range_of
 from tendon_cli.fits.suit.suit_log import SuitLog
 from tendon_cli.units import counted
 
@@ -150,14 +151,15 @@ def strokes_of(number: int, log: SuitLog) -> list[LogStroke]:
         log: The log, thinned.
     """
     angle = log.elbow_angle
-    span = float(np.quantile(angle, 0.99) - np.quantile(angle, 0.01))
+    span = range_of(angle)
     turns = _turns(angle, max(_TURN, _TURN_SHARE * span))
     ends = [0, *turns, len(angle) - 1]
     strokes = []
-    after_gap = {0, *(gaps_of(log) + 1).tolist()}
+    gaps = gaps_of(log)
+    after_gap = {0, *(gaps + 1).tolist()}
     for first, last in itertools.pairwise(ends):
         rows = np.arange(first, last + 1)
-        for part in _without_breaks(log, rows):
+        for part in _without_breaks(log, rows, gaps):
             change = angle[part[-1]] - angle[part[0]]
             load = np.nan if log.load_mass is None else float(np.median(log.load_mass[part]))
             is_first = int(part[0]) in after_gap
@@ -174,9 +176,8 @@ def gaps_of(log: SuitLog) -> Integers:
     return np.flatnonzero(steps > _GAP * max(usual, 1e-12))
 
 
-def _without_breaks(log: SuitLog, rows: Integers) -> list[Integers]:
+def _without_breaks(log: SuitLog, rows: Integers, gaps: Integers) -> list[Integers]:
     """Cut rows where the load changes, and at gaps in time."""
-    gaps = gaps_of(log)
     is_break = np.isin(rows[:-1], gaps)
     if log.load_mass is not None:
         is_break |= np.diff(log.load_mass[rows]) != 0.0

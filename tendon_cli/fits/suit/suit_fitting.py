@@ -10,7 +10,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from tendon_cli.errors import InputError
-from tendon_cli.files import check_logs, path_of
+from tendon_cli.files import path_of
+from tendon_cli.fits.given_logs import check_logs
 from tendon_cli.fits.log_rows import Floats
 from tendon_cli.fits.one_thread import one_thread
 from tendon_cli.fits.suit.fitted_numbers import combinations, fitted_numbers

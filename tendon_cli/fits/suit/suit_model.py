@@ -44,6 +44,13 @@ _STEP = 1e-5
 """Step of normal scores by which derivatives are taken."""
 
 
+def stepped(scores: Floats, step: float) -> Floats:
+    """Return scores, and for each of them the set in which it is a step larger."""
+    sets = np.tile(scores, (len(scores) + 1, 1))
+    sets[1:] += step * np.eye(len(scores))
+    return sets
+
+
 class SuitModel:
     """A study and its parameters, which predict what sensors show."""
 
@@ -214,9 +221,7 @@ class SuitModel:
             Predictions, (channels * parts,), and derivatives by the scores, (channels * parts,
             parameters).
         """
-        count = len(scores)
-        sets = np.tile(scores, (count + 1, 1))
-        sets[1:] += _STEP * np.eye(count)
+        sets = stepped(scores, _STEP)
         shown = self.predict(sets, parts, channels).reshape(len(sets), -1)
         slopes = (shown[1:] - shown[0]) / _STEP
         return shown[0], np.asarray(slopes.T)

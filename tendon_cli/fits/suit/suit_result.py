@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -152,7 +153,7 @@ def _of_channel(misfit: ChannelMisfit) -> str:
     """Return the misfit of a channel with its unit."""
     name = say.spaced(misfit.channel)
     if misfit.channel == SPOOL_ANGLE:
-        return f"{say.number(57.29577951308232 * misfit.predicted_rms, 2)} deg of {name}"
+        return f"{say.number(math.degrees(misfit.predicted_rms), 2)} deg of {name}"
     unit = unit_of(misfit.channel)
     named = "torque" if misfit.channel == MOTOR_TORQUE else name
     return f"{say.number(misfit.predicted_rms, 2)} {unit} of {named}"

@@ -19,7 +19,7 @@ from tendon_cli.fits.suit import parameters as names
 from tendon_cli.fits.suit.fitted_numbers import FittedNumber
 from tendon_cli.fits.suit.parameters import loads_of_study
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate
-from tendon_cli.fits.suit.suit_model import SuitModel
+from tendon_cli.fits.suit.suit_model import SuitModel, stepped
 from tendon_cli.model.actuator import State
 from tendon_cli.space.axis import PRETENSION
 
@@ -156,15 +156,10 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def loads_of_logs(estimate: SuitEstimate) -> Floats:
-    """Return the different loads of the logs, the study's where a log does not say, kg."""
-    of_study = estimate.model.load_of_study
-    return np.unique(np.where(np.isnan(estimate.parts.load), of_study, estimate.parts.load))
-
-
 def loads_judged(estimate: SuitEstimate) -> Floats:
     """Return the different loads of the logs and of the study, which the window must suit, kg."""
-    return np.union1d(loads_of_logs(estimate), loads_of_study(estimate.model.study))
+    of_logs = estimate.parts.load
+    return np.union1d(of_logs[~np.isnan(of_logs)], loads_of_study(estimate.model.study))
 
 
 def fitted_window(
@@ -179,8 +174,7 @@ def fitted_window(
         return None, ()
     fitted = numbers[model.places[PRETENSION]].value
     loads = loads_judged(estimate)
-    sets = np.tile(estimate.scores, (len(estimate.scores) + 1, 1))
-    sets[1:] += _STEP * np.eye(len(estimate.scores))
+    sets = stepped(estimate.scores, _STEP)
     ends = window_ends(model, sets, loads)
     low, high = (float(end) for end in ends[0])
     pretension = model.values(sets)[PRETENSION]
