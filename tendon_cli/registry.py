@@ -10,9 +10,10 @@ that lies above it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from importlib import import_module
+from pathlib import Path
 from typing import Any, NamedTuple
 
 KINDS: tuple[str, ...] = (
@@ -171,6 +172,11 @@ def table_kinds() -> Mapping[str, TableKind]:
 def _table_kinds(names: tuple[str, ...]) -> dict[str, TableKind]:
     """Collect the tables of kinds of tasks by their names."""
     return {table.name: table for kind in _kinds(names).values() for table in kind.tables}
+
+
+def tables_of(folder: Path, order: Sequence[str] | None = None) -> list[str]:
+    """Return the names of the tables that a folder holds, in this order or that of their kinds."""
+    return [name for name in order or table_kinds() if (folder / f"{name}.parquet").exists()]
 
 
 def tables_in_folders() -> tuple[str, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.checks.check_text import NO_EQUILIBRIUM, SLACK
+from tendon_cli.cube.cube import Cube
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.statics import SLACK_TOLERANCE
@@ -22,6 +23,14 @@ def columns_of(limit: str) -> list[str]:
     """Return the column that a limit bounds, and those of flexor and extensor if there are any."""
     column = LIMITS[limit].column
     return [column, *(f"{column}_{side}" for side in SIDES)]
+
+
+def columns_that_judge(cube: Cube) -> list[str]:
+    """Return the columns from which breaches are found, whether a table has them or not."""
+    names = ["feasible", "taut", "margin", "required_pretension"]
+    for limit in cube.limits:
+        names += [*columns_of(limit), *cube.columns_of_bound(limit)]
+    return list(dict.fromkeys(names))
 
 
 def breaches_in(columns: Mapping[str, Array], bounds: Mapping[str, Array]) -> Iterator[Breach]:

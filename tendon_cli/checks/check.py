@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.checks.breaches import Breach, breaches_in, columns_of
+from tendon_cli.checks.breaches import Breach, breaches_in, columns_that_judge
 from tendon_cli.checks.check_since import TOLERANCE, check_since
 from tendon_cli.checks.check_text import (
     NEGATIVE,
@@ -96,10 +96,8 @@ def _check_designs(cube: Cube, worst: int) -> dict[str, Any]:
     The `worst` of the breaches are listed with their states.
     """
     table: Any = cube.table
-    names = ["design", "feasible", "taut", "margin", "required_pretension"]
-    for limit in cube.limits:
-        names += [*columns_of(limit), *cube.columns_of_bound(limit)]
-    names = [name for name in dict.fromkeys(names) if name in table.schema.names]
+    wanted = ["design", *columns_that_judge(cube)]
+    names = [name for name in wanted if name in table.schema.names]
     breaches: list[Breach] = []
     broken: Counter[str] = Counter()
     designs = 0

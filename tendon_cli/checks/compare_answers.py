@@ -169,21 +169,22 @@ def compare_answers(
     )
 
 
-def _as_shown(answer: Answer, choice: ChoiceRecord | None) -> ChoiceRecord | None:
+def _as_shown(record: AnswerRecord, choice: ChoiceRecord | None) -> ChoiceRecord | None:
     """Return a choice with pretensions as the gauge of its answer shows them."""
-    is_own_f0 = as_answer(answer.record).question.shows_own_f0
+    is_own_f0 = record.question.shows_own_f0
     return row_as_read(choice) if choice is not None and is_own_f0 else choice
 
 
 def _with_choices(answers: tuple[Answer, Answer], row: int | None) -> Pair:
     """Return answers with the choice of each that is compared."""
-    first, second = (as_read(as_answer(answer.record)) for answer in answers)
+    records = [as_answer(answer.record) for answer in answers]
+    first, second = (as_read(record) for record in records)
     if row is None:
         choices = (named_first(first), named_first(second))
     else:
         chosen = choice_in_row(answers[0], row)
         other = same_choice(answers[1], chosen, first.question.choices)
-        choices = (_as_shown(answers[0], chosen), _as_shown(answers[1], other))
+        choices = (_as_shown(records[0], chosen), _as_shown(records[1], other))
     return (
         ComparedAnswer(answers[0], first, choices[0]),
         ComparedAnswer(answers[1], second, choices[1]),

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.checks.breaches import breaches_in, columns_of
+from tendon_cli.checks.breaches import breaches_in, columns_that_judge
 from tendon_cli.checks.comparison_record import Value
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
@@ -133,12 +133,8 @@ class TablePair:
     def _breaking(self, place: int) -> Breaking:
         """Return the common rows that break each limit in one of the tables."""
         cube = (self.first, self.second)[place]
-        names = ["feasible", "taut", "margin", "required_pretension"]
-        for limit in cube.limits:
-            names += [*columns_of(limit), *cube.columns_of_bound(limit)]
-        columns: dict[str, Any] = {
-            name: self._column(place, name) for name in names if name in cube.columns
-        }
+        names = [name for name in columns_that_judge(cube) if name in cube.columns]
+        columns: dict[str, Any] = {name: self._column(place, name) for name in names}
         columns["design"] = np.arange(self.rows)
         found: Breaking = defaultdict(set)
         bounds = {limit: cube.bound(limit, columns) for limit in cube.limits}

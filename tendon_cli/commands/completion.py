@@ -89,14 +89,14 @@ def templates() -> list[Any]:
 
 def tables(ctx: typer.Context) -> list[Any]:
     """Return the tables of the folder or the study that the line names, or else of every kind."""
-    from tendon_cli.registry import table_kinds
+    from tendon_cli.registry import table_kinds, tables_of
 
     source = _source(ctx)
     if source is not None and source.suffix.lower() in (".toml", ".yaml", ".yml"):
         study = _study(ctx)
         return [table.key for table in study.row_tables] if study is not None else []
     if source is not None:
-        found = [name for name in table_kinds() if (source / f"{name}.parquet").exists()]
+        found = tables_of(source)
         if found:
             return found
     return list(table_kinds())
@@ -166,12 +166,12 @@ def _columns_of_table(ctx: typer.Context) -> dict[str, str]:
     if source is None:
         return {}
     from tendon_cli.cube.source import file_of, table_in
-    from tendon_cli.registry import table_kinds
+    from tendon_cli.registry import tables_of
 
     table = ctx.params.get("table")
-    names = [table]
+    names: list[Any] = [table]
     if ctx.info_name == "plot" and table is None and source.is_dir():
-        names = [name for name in table_kinds() if (source / f"{name}.parquet").exists()]
+        names = tables_of(source)
     meanings: dict[str, str] = {}
     try:
         if source.suffix.lower() == ".csv":

@@ -18,7 +18,7 @@ from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import read_input
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.registry import record_names, table_kinds
+from tendon_cli.registry import record_names, table_kinds, tables_of
 from tendon_cli.space.axis import split_side
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.figures import OF_STATES
@@ -107,7 +107,7 @@ def table_at(
         if states is not None:
             return states
     elif is_folder and wanted is None and asked:
-        for name in _tables_of(path, order):
+        for name in tables_of(path, order):
             table = open_table(path / f"{name}.parquet", records)
             if asked <= set(TableColumns.of(table.schema).quantities):
                 return table
@@ -122,7 +122,7 @@ def table_of_study(
     records: Mapping[str, Any] | None = None,
 ) -> AnyTable:
     """Open a table of designs or states, to be drawn; takes and raises what `table_at` does."""
-    if _is_folder(path) and not _tables_of(path, _DRAWN):
+    if _is_folder(path) and not tables_of(path, _DRAWN):
         hint = "run `tendon sweep`"
         if any((path / name).exists() for name in record_names() if name != SWEEP.record):
             hint = (
@@ -160,7 +160,7 @@ def file_of(path: Path, wanted: str | None = None, *, order: Sequence[str] | Non
             hint = "without --table, or the folder that the table lies in"
             raise UsageError(f'is one table, not "{shorten(wanted)}"', where=str(path), hint=hint)
         return path
-    names = _tables_of(path, order)
+    names = tables_of(path, order)
     if not names:
         raise InputError(
             "holds no table written by tendon", where=str(path), hint="run `tendon sweep` first"
@@ -174,11 +174,6 @@ def file_of(path: Path, wanted: str | None = None, *, order: Sequence[str] | Non
 def _is_folder(path: Path) -> bool:
     """Return True if a path is a folder other than that of a table's parts."""
     return path.is_dir() and path.suffix != ".parquet"
-
-
-def _tables_of(folder: Path, order: Sequence[str] | None) -> list[str]:
-    """Return the names of the tables that a folder holds, in this order or that of their kinds."""
-    return [name for name in order or table_kinds() if (folder / f"{name}.parquet").exists()]
 
 
 def _states_in(
@@ -215,7 +210,7 @@ def _states_in(
 def _table_of_run(path: Path, records: Mapping[str, Any]) -> AnyTable | None:
     """Open a table, or in the folder of a run its states or else its designs; None without any."""
     if _is_folder(path):
-        names = _tables_of(path, _DRAWN)
+        names = tables_of(path, _DRAWN)
         return open_table(path / f"{names[0]}.parquet", records) if names else None
     if path.suffix == ".parquet" and path.exists():
         return open_table(path, records)

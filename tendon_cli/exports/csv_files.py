@@ -26,7 +26,6 @@ CONTROLLER_MARK = "direction (1 flexion; -1 extension),"
 """Beginning of a table for a controller."""
 PARAMETERS_MARK = "name,value,unit,source\ntendon.version,"
 """Beginning of a list of numbers."""
-_STATE_COLUMNS = ("motor_torque", "spool_angle")
 
 
 # --- For a controller -----------------------------------------------------------------------------

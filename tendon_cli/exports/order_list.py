@@ -100,9 +100,8 @@ def _of_row(axis: NamedAxis, name: str) -> OrderLine:
 def _needed(suit: ChosenSuit, parts: PartsRecord) -> Iterator[OrderLine]:
     """Yield what the suit needs beside the parts of its catalogues, as the answer says it."""
     length = suit.question.study.numbers["tendon.length"].array[0]
-    for words in short_parts(parts):
-        kind = "motor" if "motor" in words.split() else words.split()[1]
-        if words.startswith("springs"):
+    for kind, words in short_parts(parts):
+        if kind == "spring":
             continue
         quantity = "2" if kind == "rope" else "1"
         remark = words

@@ -59,7 +59,6 @@ ROOMS = {
     "display.py": ("test_in_a_notebook.py", "test_face.py"),
     "registry.py": ("test_registry.py",),
     "files.py": ("test_files.py", "tables"),
-    "cells.py": ("study", "friction"),
     "units.py": ("test_units.py", "study"),
     "quantities.py": ("study", "figures"),
     "arms.py": ("test_face.py", "design"),
@@ -173,9 +172,11 @@ def try_all(folder: Path, options: argparse.Namespace) -> list[Trial]:
     kinds = (True, False) if options.plain else (True,)
     truths = [truth_of(copies[0], options, compiled=compiled) for compiled in kinds]
     package = copies[0] / "tendon_cli"
-    originals = {file: file.read_text(encoding="utf-8") for file in sorted(package.rglob("*.py"))}
-    names = {str(file.relative_to(package)): text for file, text in originals.items()}
-    queue = sample(names, truths, options)
+    sources = {
+        str(file.relative_to(package)): file.read_text(encoding="utf-8")
+        for file in sorted(package.rglob("*.py"))
+    }
+    queue = sample(sources, truths, options)
     guard = threading.Lock()
     log = folder / "trials.jsonl"
     known = log.read_text(encoding="utf-8").splitlines() if log.exists() else []
@@ -197,7 +198,7 @@ def try_all(folder: Path, options: argparse.Namespace) -> list[Trial]:
             file = copy / "tendon_cli" / name
             file.write_text(made.source, encoding="utf-8")
             verdict = verdict_on(copy, name, made, truths, options)
-            file.write_text(names[name], encoding="utf-8")
+            file.write_text(sources[name], encoding="utf-8")
             line = f"tendon_cli/{name}:{made.line}: {made.before!r} -> {made.after!r}"
             trial = Trial(number, line, verdict)
             trials.append(trial)

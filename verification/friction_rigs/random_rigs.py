@@ -257,7 +257,6 @@ class Outcome:
     """Half-width of its interval, as a share of the truth."""
     warnings: tuple[str, ...]
     notes: tuple[str, ...]
-    plain: float
 
     @property
     def ratio(self) -> float:
@@ -284,7 +283,7 @@ def outcome_of(rig: RandomRig) -> Outcome:
             python_warnings.simplefilter("error")
             fit = tendon.fit_friction(readings, rig.bend)
     except TendonError as error:
-        return Outcome(rig, error.message, 0.0, 1.0, (), (), 0.0)
+        return Outcome(rig, error.message, 0.0, 1.0, (), ())
     low, high = fit.interval_95
     return Outcome(
         rig,
@@ -293,7 +292,6 @@ def outcome_of(rig: RandomRig) -> Outcome:
         (high - low) / 2.0 / rig.friction,
         fit.warnings,
         fit.notes,
-        fit.plain.friction / rig.friction - 1.0,
     )
 
 

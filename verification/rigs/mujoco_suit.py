@@ -241,6 +241,7 @@ def run_log(session: Session, log: int) -> dict[str, Array]:
     every = round(1.0 / (RATE * STEP))
     lead = round(LEAD / STEP)
     course = spool_course(session, log)
+    instants = session.time
     start = float(session.angles[log].min())
     begin = 0.0
     for count in range(lead + rows * every):
@@ -248,7 +249,7 @@ def run_log(session: Session, log: int) -> dict[str, Array]:
         angle = engine.data.qpos[elbow]
         if time < LEAD - 1.0:
             begin += GAIN * STEP * (start - angle)
-        aim = begin + np.interp(time - LEAD, session.time, course)
+        aim = begin + np.interp(time - LEAD, instants, course)
         engine.step(aim, np.interp(time, [LEAD - 1.0, LEAD], [STEADYING, DAMPING]))
         row, rest = divmod(count - lead, every)
         if row >= 0 and rest == 0:
