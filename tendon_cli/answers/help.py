@@ -19,12 +19,12 @@ from tendon_cli import say
 from tendon_cli.answer_record import FixRecord, PartRecord, RelaxationRecord
 from tendon_cli.answers.notes import note_on_judges, note_on_remedies
 from tendon_cli.answers.question_facts import choice_values
-from tendon_cli.answers.text_parts import quantity_of_demand
 from tendon_cli.answers.verified_record import fresh_record, verified_record
 from tendon_cli.model.kinematics import Array, Flags, Rows, Spline
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.space.axis import LIMIT, NamedAxis, evenly_spaced, limit_of
 from tendon_cli.space.space import ANCHORS
+from tendon_cli.studies.study import keys
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.units import parse_measure
 from tendon_cli.windows.order import Order
@@ -213,7 +213,7 @@ def _printed(
     change: Change, solver: Solver, verifier: Verifier | None, value: float, points: Points
 ) -> Least:
     """Return a change as a study can have it: rounded away from the study's value, and judged."""
-    quantity = quantity_of_demand(change.key)
+    quantity = keys()[change.key].quantity
     toward = np.inf if change.farthest > change.before else -np.inf
     for digits in _DIGITS:
         text = say.quantity(quantity, value, digits, toward=toward)

@@ -197,8 +197,7 @@ def _spread_of_settings(question: Question, chosen: Solutions) -> dict[str, list
     if np.isnan(chosen.pretension[0]):
         return {}
     groups = question.groups
-    first_conditions = np.flatnonzero(np.diff(groups.of, prepend=-1))
-    numbers = select_numbers(question.condition_numbers, first_conditions)
+    numbers = select_numbers(question.condition_numbers, groups.first_conditions)
     design = question.designs(chosen.points.at_pretension(chosen.pretension), numbers)
     shares = (0.05, 0.95) if len(groups) >= FEW_PERSONS else (0.0, 1.0)
     tensions = settings(design, chosen.pretension, len(groups))

@@ -258,14 +258,8 @@ def lower_words(question: QuestionRecord, row: ChoiceRecord, gauge: str = "") ->
     return f"below {_end_words(question, row, end, end.pretension, end.limit, gauge)}"
 
 
-def upper_words(question: QuestionRecord, row: ChoiceRecord, gauge: str = "") -> str:
-    """Say the upper end of a window, with the limit, the condition and the state that bind.
-
-    Args:
-        question: The question.
-        row: The choice.
-        gauge: Words for what is read, behind the value: " of pretension".
-    """
+def upper_words(question: QuestionRecord, row: ChoiceRecord) -> str:
+    """Say the upper end of a window, with the limit, the condition and the state that bind."""
     end = upper_end(row)
     if end.limit is None or end.pretension is None:
         return "no upper limit"
@@ -273,7 +267,7 @@ def upper_words(question: QuestionRecord, row: ChoiceRecord, gauge: str = "") ->
         noun, _ = say.setting_words(question.read)
         is_broken = broken(question, end.limit, row.columns, end.under)
         return f"at any {noun}, even 0 {question.unit}, {is_broken}{where(question, end)}"
-    return f"above {_end_words(question, row, end, end.pretension, end.limit, gauge)}"
+    return f"above {_end_words(question, row, end, end.pretension, end.limit)}"
 
 
 def _end_words(
@@ -282,7 +276,7 @@ def _end_words(
     end: WindowEnd,
     pretension: float,
     limit: str,
-    gauge: str,
+    gauge: str = "",
 ) -> str:
     """Say an end of a window, and what binds there: of a sample, what too few would do."""
     happens = f"{broken(question, limit, row.columns, end.under)}{where(question, end)}"
@@ -381,7 +375,7 @@ def suits_words(fresh: FreshRecord, judged: VerifiedRecord, serve: float) -> str
         return f"all of {fresh.count:,} {suits}"
     of_hundred = round(100.0 * judged.value)
     asked = round(100.0 * serve)
-    is_short = judged.value < serve - _SHARE_ROUNDING
+    is_short = not is_enough(judged, serve)
     if is_short and of_hundred >= asked:
         of_hundred = asked - 1
     count = str(min(of_hundred, 99)) if of_hundred else "fewer than 1"

@@ -261,12 +261,6 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
     verifier = Verifier.of(solver)
     named.verify(verifier, proved)
     chosen = next(iter(named.best.values()), None)
-    between = None
-    ends = None
-    if chosen is not None:
-        of_chosen = next(iter(certificates.values()))
-        between = _between_samples(solver, chosen, of_chosen, certificates)
-        ends = of_chosen.ends
     named_first = chosen
     if named_first is None:
         named_first = candidates.nearest(named.question, relevant)
@@ -274,21 +268,25 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
     if judged is None and verifier is not None:
         judged = verifier.judge(named_first)
     help_ = Help()
-    if chosen is None:
-        binding = {limit for pair in conflicts for limit in pair}
-        help_ = what_would_help(solver, named_first, binding, verifier)
+    between = None
+    window_for_all = None
     parts = None
     setting = None
     drift = None
     slopes: list[SensitivityRecord] = []
     decided = None
-    if chosen is not None:
+    if chosen is None:
+        binding = {limit for pair in conflicts for limit in pair}
+        help_ = what_would_help(solver, named_first, binding, verifier)
+    else:
+        of_chosen = next(iter(certificates.values()))
+        between = _between_samples(solver, chosen, of_chosen, certificates)
+        window_for_all = _window_for_all(question, of_chosen.ends)
         setting = setting_record(question, chosen, named.verified.get(chosen.row.item()))
         drift = drift_record(question, chosen)
         slopes = sensitivities(*_nominal(solver, chosen))
         decided = decision_record(named.question, notes, before_proofs, chosen, setting.accuracy)
-        if ends is not None:
-            parts = parts_record(solver, chosen, ends)
+        parts = parts_record(solver, chosen, of_chosen.ends)
     best = {column: named.records(choice)[0] for column, choice in named.best.items()}
     record = AnswerResults(
         question=question_record(question),
@@ -303,7 +301,7 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
         best_by={column: row for column, row in best.items() if column and not question.goals},
         decided=decided,
         given_up=named.given_up,
-        window_for_all=None if ends is None else _window_for_all(question, ends),
+        window_for_all=window_for_all,
         front=[] if named.front is None else named.records(named.front),
         setting=setting,
         drift=drift,
@@ -527,8 +525,7 @@ def _assumed(
         numbers = verifier.sample.axis.numbers
         assumed = drawn_deviations(question, choice, numbers, *judged.windows)
     elif question.study.usual:
-        firsts = np.flatnonzero(np.diff(question.groups.of, prepend=-1))
-        numbers = select_numbers(question.condition_numbers, firsts)
+        numbers = select_numbers(question.condition_numbers, question.groups.first_conditions)
         assumed = drawn_deviations(question, choice, numbers, *_windows_of(solver, choice))
     else:
         return largest_first(exact_numbers(question, slopes))

@@ -17,7 +17,7 @@ from tendon_cli.answer_record import (
 from tendon_cli.answers.phrases import value_words
 from tendon_cli.quantities import AS_READ as COLUMNS_AS_READ
 from tendon_cli.quantities import QUANTITIES, Quantity, in_unit_of_reading
-from tendon_cli.space.axis import evenly_spaced, limit_of
+from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.studies.study import keys
 from tendon_cli.typed_record import AS_READ, Record, RecordField, fields_of
 
@@ -322,7 +322,4 @@ def _has_records(value: Any) -> bool:
 
 def _quantity_of(key: str) -> Quantity | None:
     """Return the quantity of a number, or of a limit, by its key; None for a name."""
-    limit = limit_of(key) or (key if key in QUANTITIES else None)
-    if limit is not None:
-        return QUANTITIES[limit]
-    return keys()[key].quantity if key in keys() else None
+    return keys()[key].quantity if key in keys() else QUANTITIES.get(key)

@@ -138,18 +138,20 @@ def choice_rows(question: Question, choices: Solutions) -> ColumnArrays:
     at_pretension = choices.points.at_pretension(choices.pretension)
     unknown = np.full(len(choices), np.nan)
     counts = question.conditions.groups is not None
+    readings = np.stack([choices.pretension_from, choices.pretension_to, choices.pretension])
+    low, high, pretension = own_f0(question, choices.points, readings)
     return {
         **choices.points.columns,
         **_set_by_names(question.choices, question.choices.at(choices.points.numbers)),
-        "pretension_from": own_f0(question, choices.points, choices.pretension_from),
-        "pretension_to": _finite(own_f0(question, choices.points, choices.pretension_to)),
+        "pretension_from": low,
+        "pretension_to": _finite(high),
         "windows": choices.windows,
         "tolerance": choices.tolerance,
         **_of_end(question, choices, "from"),
         **_of_end(question, choices, "to"),
         "served": np.where(counts, choices.served, np.nan),
         "served_at": np.where(counts, choices.served_at, np.nan),
-        "pretension": own_f0(question, choices.points, choices.pretension),
+        "pretension": pretension,
         **{name: getattr(choices.worst, name) for name in WORST},
         **{
             name: choices.worst.motion.get(name, unknown)

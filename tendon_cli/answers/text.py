@@ -48,6 +48,7 @@ from tendon_cli.answers.text_bench import (
     suit_words,
 )
 from tendon_cli.answers.text_order import (
+    axis_words,
     state_words,
     ties_words,
     unsettable_words,
@@ -61,9 +62,8 @@ from tendon_cli.answers.text_parts import (
     short_parts,
 )
 from tendon_cli.say import Clause, Section
-from tendon_cli.space.axis import PERSON_AXIS, limit_of
+from tendon_cli.space.axis import PERSON_AXIS
 from tendon_cli.studies.axis_words import parameter
-from tendon_cli.studies.study import keys
 
 _ALL_LINES = 1000
 """Lines that no answer needs."""
@@ -158,7 +158,7 @@ def _with_window(record: AnswerResults, best: ChoiceRecord) -> Iterator[Section]
         sums = phrases.sums_words(record.question, best)
         parts = [Clause(sums, 2)] if sums else []
         rank = 1 if record.question.set_by_sample else 3
-        parts += [Clause(words, rank) for words in short_parts(record.parts_needed)]
+        parts += [Clause(words, rank) for _, words in short_parts(record.parts_needed)]
         yield Section("Parts", parts)
     yield Section("Rests on", [*_rests_on(record, best)])
 
@@ -415,10 +415,7 @@ def edges_words(question: QuestionRecord, best: ChoiceRecord) -> Iterator[str]:
     for axis in question.choices:
         if axis.range is None or axis.step is None:
             continue
-        limit = limit_of(axis.key)
-        symbol = keys()[axis.key].quantity.symbol
-        if limit is not None:
-            symbol = f"the {say.limit_on(limit)}"
+        symbol = axis_words(axis.key)
         value = float(value_of(best, axis.column))
         is_inside = True
         for edge, word in zip(axis.range, ("lower", "upper"), strict=True):

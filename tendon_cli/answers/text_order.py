@@ -1,4 +1,4 @@
-"""Why an answer names one choice first, what ties with it, and what it takes as exact."""
+"""Why an answer names one choice first, and what ties with it."""
 
 from __future__ import annotations
 
@@ -25,10 +25,6 @@ _KEPT = {
     "advised": "keep the advice",
 }
 """Words for the choices that a rule before all goals leaves, by the rule."""
-_MOST_NAMED = 3
-"""Most numbers that are named where there is little room."""
-_LEAST_MOVE = 0.05
-"""Change of an end below which it is not said, N."""
 
 
 # --- The rule -------------------------------------------------------------------------------------
@@ -228,10 +224,7 @@ def ties_words(record: AnswerResults) -> Iterator[str]:
             named.append(f"{more:,} more")
         breaks = _breaks(decided)
         yield f"{decided.ties:,} choices tie: {_listed(named)}{f'; {breaks}' if breaks else ''}"
-    symbols = [
-        f"the {symbol_of_axis(key)}" if limit_of(key) else symbol_of_axis(key)
-        for key in decided.no_effect
-    ]
+    symbols = [axis_words(key) for key in decided.no_effect]
     if symbols:
         do = "does" if len(symbols) == 1 else "do"
         it = "it" if len(symbols) == 1 else "them"
@@ -262,6 +255,12 @@ def _breaks(decided: DecisionRecord) -> str:
         else:
             words.append(f"the smaller {symbol_of_axis(key)} decides")
     return ", ".join(words)
+
+
+def axis_words(key: str) -> str:
+    """Say the number of an axis as `symbol_of_axis` does, a limit with its article."""
+    symbol = symbol_of_axis(key)
+    return f"the {symbol}" if limit_of(key) else symbol
 
 
 def symbol_of_axis(key: str) -> str:

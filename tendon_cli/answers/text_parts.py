@@ -21,12 +21,9 @@ from tendon_cli.answer_record import (
     StrapRecord,
 )
 from tendon_cli.answers.phrases import COSTS, costs, share_words, value_words
-from tendon_cli.quantities import QUANTITIES, Quantity
-from tendon_cli.space.axis import limit_of
 from tendon_cli.studies.axis_words import parameter
 from tendon_cli.studies.study import keys
 
-_USUAL_ROPE = "7x7"
 _SURELY = 1.0 + 1e-9
 """Factor by which a value must be beyond a bound to be so in spite of rounding."""
 _DEMANDS = {
@@ -57,19 +54,19 @@ def _is_pressed(strap: StrapRecord) -> bool:
     return strap.least_width > 0.0
 
 
-def short_parts(parts: PartsRecord) -> Iterator[str]:
-    """Say in a few words each what parts the choice named first needs."""
+def short_parts(parts: PartsRecord) -> Iterator[tuple[str, str]]:
+    """Yield each part that the choice named first needs, and what it must be in a few words."""
     strap = parts.strap
     if strap is not None and _is_pressed(strap):
         instead = ""
         if "strap" in parts.fails:
             instead = f" instead of {_length(strap.width)}"
-        yield f"a strap at least {_at_least(strap.least_width)} wide{instead}"
+        yield "strap", f"a strap at least {_at_least(strap.least_width)} wide{instead}"
     spring = parts.spring
     if spring is not None:
-        yield _spring_words(spring)
-    yield f"a rope that breaks at {_strength(parts.rope)} or more{_ropes_that_fit(parts)}"
-    yield f"a motor of {_motor(parts.motor).removeprefix('motor: ')}"
+        yield "spring", _spring_words(spring)
+    yield "rope", f"a rope that breaks at {_strength(parts.rope)} or more{_ropes_that_fit(parts)}"
+    yield "motor", f"a motor of {_motor(parts.motor).removeprefix('motor: ')}"
 
 
 def _spring_words(spring: SpringRecord) -> str:
@@ -238,12 +235,6 @@ def _nearest_words(fix: FixRecord) -> str:
     return f" (nearest in the catalogue: {nearest.table} {nearest.name}, {value})"
 
 
-def quantity_of_demand(key: str) -> Quantity:
-    """Return the quantity of a number, or of a limit, by its key."""
-    limit = limit_of(key)
-    return keys()[key].quantity if limit is None else QUANTITIES[limit]
-
-
 def relaxations_words(
     answer: AnswerResults, relaxations: Sequence[RelaxationRecord]
 ) -> Iterator[str]:
@@ -253,7 +244,7 @@ def relaxations_words(
     not_enough = []
     for record in relaxations:
         key = record.key
-        quantity = quantity_of_demand(key)
+        quantity = keys()[key].quantity
         text = _DEMANDS.get(key, f"{key.removeprefix('limits.')} = {{}} instead of {{}}")
         if record.after is None or record.pretension is None:
             farthest = say.quantity(quantity, record.farthest)

@@ -59,6 +59,11 @@ class Groups:
         return len(self.of) // len(self)
 
     @property
+    def first_conditions(self) -> Rows:
+        """Row of the first condition of each group, ascending."""
+        return np.flatnonzero(np.diff(self.of, prepend=-1))
+
+    @property
     def effective_count(self) -> float:
         """Number of equally weighted groups that tell as much."""
         return effective_count(self.weighting)
@@ -89,7 +94,7 @@ class Groups:
         Returns:
             Lower and upper ends; NaN if no pretension could do in one of the conditions.
         """
-        firsts = np.flatnonzero(np.diff(self.of, prepend=-1))
+        firsts = self.first_conditions
         return np.maximum.reduceat(low, firsts, axis=1), np.minimum.reduceat(high, firsts, axis=1)
 
     def coverage(self, low: Array, high: Array, *, serve: float = 1.0) -> Coverage:

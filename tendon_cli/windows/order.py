@@ -113,10 +113,8 @@ class Order:
     def best(self, solutions: Solutions) -> int:
         """Return the place of the choice that comes first; there is at least one."""
         tied = self.left(solutions)[-1]
-        for of_rule in solutions.scores(self.tie_breakers).T:
-            tied = tied[
-                of_rule[tied] >= _least_equal(of_rule[tied].max(), self.question.sample.tie)
-            ]
+        scores = solutions.scores(self.tie_breakers)[tied]
+        tied = tied[last_stage(scores, self.question.sample.tie)]
         return int(tied[np.argmin(self.rank(solutions.points, tied))])
 
     def rank(self, points: Points, rows: Selection) -> Rows:

@@ -40,7 +40,7 @@ def tension_per_length(question: Question, points: Points) -> Array:
 
 
 def own_f0(question: Question, points: Points, readings: Array) -> Array:
-    """Return readings of choices as columns of pretension have them, (choices,), N.
+    """Return readings of choices as columns of pretension have them, (..., choices), N.
 
     Where the gauge is the answer's own, they are F0 of the study's own arm.
     """

@@ -9,7 +9,6 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.model.kinematics import Array, Flags
-from tendon_cli.model.window import Ends
 from tendon_cli.space.axis import SAMPLE_AXES, Axis
 from tendon_cli.space.space import Space
 from tendon_cli.windows.coverage import ROUNDING, effective_count_of_strata, serves
@@ -58,8 +57,6 @@ class Verified:
     """True for the members that the pretension serves, (members,)."""
     windows: tuple[Array, Array]
     """Lower and upper ends of the members' windows, (members,) each, N."""
-    binding: Flags
-    """True for the conditions that set an end of their member's window, (conditions,)."""
 
     def is_enough(self, serve: float) -> bool:
         """Return True if the sample does not refute that so many are served."""
@@ -147,22 +144,19 @@ class Verifier:
         pretension = float(choice.pretension[0])
         return None if np.isnan(pretension) else self.judge_at(choice.points, pretension)
 
-    def judge_at(self, points: Points, pretension: float, ends: Ends | None = None) -> Verified:
+    def judge_at(self, points: Points, pretension: float) -> Verified:
         """Judge one choice at a pretension.
 
         Args:
             points: The choice.
             pretension: The pretension, N.
-            ends: Ends of its windows, (1, conditions), that hold over all angles near the
-                pretension, if they are known.
 
         Raises:
             Stopped: The run was cancelled.
         """
         question = self.solver.question
-        if ends is None:
-            placement = Placement(given=pretension)
-            ends = self.solver.for_question(replace(question, placement=placement)).ends(points)
+        placement = Placement(given=pretension)
+        ends = self.solver.for_question(replace(question, placement=placement)).ends(points)
         groups = question.groups
         group_low, group_high = groups.windows(ends.low, ends.high)
         is_served = serves(group_low, group_high, pretension)
@@ -189,22 +183,7 @@ class Verifier:
             high=high,
             is_served=is_served[0],
             windows=(group_low[0], group_high[0]),
-            binding=binding_conditions(question, ends),
         )
-
-
-def binding_conditions(question: Question, ends: Ends) -> Flags:
-    """Return True for the conditions that set an end of their group's window, (conditions,).
-
-    Args:
-        question: The question.
-        ends: Ends of the windows of one choice, (1, conditions).
-    """
-    low, high = question.groups.windows(ends.low, ends.high)
-    sets_low = ends.low == low[:, question.groups.of]
-    sets_high = ends.high == high[:, question.groups.of]
-    sets_end = sets_low | sets_high | np.isnan(ends.low)
-    return np.asarray(sets_end[0])
 
 
 def _with_inside(question: Question, axis: Axis) -> Axis:
