@@ -24,7 +24,6 @@ from tendon_cli.errors import (
     UsageError,
     is_memory_short,
 )
-from tendon_cli.files import guard_inputs
 from tendon_cli.registry import kinds
 from tendon_cli.startup import end_on_signals, exit_code
 from tendon_cli.terminal import (
@@ -75,6 +74,12 @@ class _Command(typer.core.TyperCommand):
             args = args[:-1]  # whose value is completed; without one, nothing would be parsed
         return super().parse_args(ctx, args)
 
+    def invoke(self, ctx: Any) -> Any:
+        from tendon_cli.files import guard_inputs  # neither help nor completion pays for it
+
+        guard_inputs()
+        return super().invoke(ctx)
+
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         return [piece.translate(_NO_BRACES) for piece in super().collect_usage_pieces(ctx)]
 
@@ -119,7 +124,6 @@ app.command("fit-suit", cls=_Command)(fit_suit)
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Run a command and leave with its exit code."""
     prepare_streams()
-    guard_inputs()
     given = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in given
     words = [word for word in given if word != "--debug"]

@@ -6,7 +6,6 @@ import contextlib
 import csv
 import errno
 import fcntl
-import hashlib
 import os
 import re
 import stat
@@ -162,34 +161,6 @@ def read_input(path: Path, most: int) -> bytes:
         status = path.stat()
         _inputs.add((status.st_dev, status.st_ino))
     return content
-
-
-def check_logs(sources: Sequence[object]) -> None:
-    """Refuse no logs at all, and the same one twice, which would count as twice the evidence.
-
-    Args:
-        sources: Paths of files, or tables.
-
-    Raises:
-        UsageError: There is none, or two are the same object or files with the same content.
-    """
-    if not sources:
-        raise UsageError("there is no log, expected one or more")
-    seen: dict[object, str] = {}
-    for number, source in enumerate(sources, start=1):
-        identity: object = id(source)
-        name = f"log {number}"
-        if isinstance(source, Path):
-            name = shorten(str(source))
-            # A file that cannot be read is refused by whoever reads it.
-            with contextlib.suppress(OSError, ValueError):
-                if source.is_file():
-                    with open_file(source) as file:
-                        identity = hashlib.sha256(file.read()).digest()
-        if identity in seen:
-            problem = f"{name} has the same readings as {seen[identity]}, and would count twice"
-            raise UsageError(problem, hint="leave one of them out")
-        seen[identity] = name
 
 
 def _check_regular(status: os.stat_result, path: Path) -> None:

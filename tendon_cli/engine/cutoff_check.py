@@ -7,7 +7,6 @@ none changed by 10 %, and every motion did whose peaks were off by 15 % for nois
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import replace
 
@@ -17,6 +16,7 @@ from tendon_cli.answer_record import CutoffCheck
 from tendon_cli.engine.plan import Plan
 from tendon_cli.model.design import Design
 from tendon_cli.studies.study import Study
+from tendon_cli.tables.schema import finite_or_none
 
 _CHANGES = 0.1
 """Share by which a peak must change to be decided by the cutoff."""
@@ -65,15 +65,10 @@ def check_of_designs(study: Study, designs: Iterable[Design]) -> CutoffCheck | N
     return CutoffCheck(
         cutoff=cutoff,
         lower=round(LOWER * cutoff, 12),
-        peak_motor_speed=(_known(speed), _known(lower_speed)),
-        peak_motor_power=(_known(power), _known(lower_power)),
+        peak_motor_speed=(finite_or_none(speed), finite_or_none(lower_speed)),
+        peak_motor_power=(finite_or_none(power), finite_or_none(lower_power)),
         decides=_changes(speed, lower_speed) or _changes(power, lower_power),
     )
-
-
-def _known(value: float) -> float | None:
-    """Return a number as a record has it: None if it is not known."""
-    return value if math.isfinite(value) else None
 
 
 def _changes(value: float, lower: float) -> bool:

@@ -28,7 +28,7 @@ from tendon_cli.quantities import QUANTITIES
 from tendon_cli.registry import TaskKind, by_name, kind_of, kinds, load, record_names
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import Study, keys
-from tendon_cli.tables.read import AnyTable, TableFiles, check_version, open_table
+from tendon_cli.tables.read import TableFiles, check_version, open_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -101,12 +101,8 @@ class Result(Displayed):
         """Return a table as Arrow has it, every byte verified; raises InputError."""
         return self.tables[name] if name in self.tables else self.kept(name).read()
 
-    def kept(self, name: str) -> AnyTable:
+    def kept(self, name: str) -> TableFiles:
         """Return a table in the folder of the result, every byte verified; raises InputError."""
-        return self._open_file(name)
-
-    def _open_file(self, name: str) -> TableFiles:
-        """Open a table in the folder as it was written; raises InputError."""
         return open_table(Path(self.folder or "") / f"{name}.parquet", by_name(self.record))
 
 
@@ -229,7 +225,7 @@ class Run(Result):
             where = str(self.folder or "in memory")
             hint = f'[output] tables needs "{name}"'
             raise UsageError(f"the run has no table of {name}", where=where, hint=hint)
-        return self._open_file(name)
+        return super().kept(name)
 
     def _is_kept(self, name: str) -> bool:
         """Return True if the study keeps a table."""

@@ -335,10 +335,8 @@ class Search:
             above = above.select(is_unclear)
             between = self._try(below.design, _between(below, above, is_aimed=attempt % 3 != 2))
             known.append(replace(between, counts=()))
-            below, above = (
-                Tried.concatenate([below, between]),
-                Tried.concatenate([between, above]),
-            )
+            below = Tried.concatenate([below, between])
+            above = Tried.concatenate([between, above])
         every = Tried.concatenate(known)
         return every.select(np.lexsort((every.pretension, every.design)))
 
@@ -395,12 +393,10 @@ class Search:
         may_break = np.zeros(len(width), dtype=np.bool_)
         stays_broken = np.zeros(len(width), dtype=np.bool_)
         differ = np.zeros(len(width), dtype=np.bool_)
-        for counts, counts_above in zip(below.counts, above.counts, strict=True):
-            differ |= (counts != counts_above).any(axis=(1, 2))
-        may_differ = differ | (width > _COARSE / _FINEST * finest[below.design])
         # Where a tendon turns, either direction may be the one that holds.
         is_near = _with_neighbours(below.counts[0] | above.counts[0])
         for ends, counts, counts_above in zip(self._ends, below.counts, above.counts, strict=True):
+            differ |= (counts != counts_above).any(axis=(1, 2))
             low = ends.low[below.design]
             high = ends.high[below.design]
             may_break |= (is_near & ((low > start) | (high < stop))).any(axis=(1, 2))
@@ -410,7 +406,7 @@ class Search:
         most = np.maximum(below.power, above.power)
         with np.errstate(invalid="ignore"):
             change = np.where(most == least, 0.0, most - least)
-        may_break &= may_differ
+        may_break &= differ | (width > _COARSE / _FINEST * finest[below.design])
         may_break |= most + change > 0.0
         stays_broken |= least - change > 0.0
         differs = below.is_kept != above.is_kept

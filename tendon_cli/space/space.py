@@ -234,26 +234,24 @@ class Space:
         A sum counts the springs of both sides.
         """
         columns = []
-        sums: dict[str, list[tuple[int, CarriedColumn]]] = {}
+        sums: dict[str, list[tuple[int, int, CarriedColumn]]] = {}
         for place, axis in enumerate(self.axes):
             if not isinstance(axis, NamedAxis):
                 continue
             for column in axis.carried:
                 name = f"{axis.key}_{column.name}"
                 columns.append(Carried(name, (axis.key,), ((place, column),)))
-                sums.setdefault(column.name, []).append((place, column))
+                sums.setdefault(column.name, []).append((place, axis.pieces, column))
         for name, stated in sums.items():
-            with_numbers = [column for _, column in stated if column.addends is not None]
+            with_numbers = [column for _, _, column in stated if column.addends is not None]
             if not with_numbers:
                 continue
             parts = []
-            for place, column in stated:
+            for place, pieces, column in stated:
                 # A sum over a part whose number is not known is not known.
                 addends = column.addends
                 if addends is None:
                     addends = np.full(len(column.values), np.nan)
-                axis = self.axes[place]
-                pieces = axis.pieces if isinstance(axis, NamedAxis) else 1
                 of_all = CarriedColumn(name, with_numbers[0].unit, pieces * addends)
                 parts.append((place, of_all))
             keys = tuple(self.axes[place].key for place, _ in parts)

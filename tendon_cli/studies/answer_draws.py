@@ -74,6 +74,11 @@ def usual_deviations(study: Study) -> dict[str, UsualDeviation]:
     Left out are numbers with a deviation of their own, those named exact, conditions, stiffnesses
     that are rigid or zero in every design, and what a survey's persons scatter in themselves.
     """
+    drawn_tables = study.drawn_tables
+    known = {*study.uncertain, *study.conditions}
+    for table in study.row_tables:
+        if table.key in drawn_tables:
+            known.update(table.keys)
     found = {}
     for common, deviation in usual.USUAL.items():
         if not _matters(study, common):
@@ -81,7 +86,7 @@ def usual_deviations(study: Study) -> dict[str, UsualDeviation]:
         sides = SIDES if deviation.has_sides else (None,)
         for side in sides:
             key = common if side is None else of_side(common, side)
-            if not _is_known(study, key):
+            if known.isdisjoint((key, common)) and not is_exact(study, key):
                 found[key] = deviation
     return found
 
@@ -112,21 +117,6 @@ def _values(study: Study, common: str) -> list[float]:
             if split_side(key)[0] == common:
                 values += [value for value in column.tolist() if not math.isnan(value)]
     return values
-
-
-def _is_known(study: Study, key: str) -> bool:
-    """Return True if a number is exact, is a condition, or has a deviation of its own."""
-    common = split_side(key)[0]
-    own = study.uncertain.keys()
-    drawn = {
-        of_row
-        for table in study.row_tables
-        if table.key in study.drawn_tables
-        for of_row in table.keys
-    }
-    is_stated = not own.isdisjoint((key, common)) or not drawn.isdisjoint((key, common))
-    is_condition = not {key, common}.isdisjoint(study.conditions)
-    return is_stated or is_condition or is_exact(study, key)
 
 
 def drawn_numbers(study: Study, drawn: Mapping[str, Array]) -> dict[str, Array]:

@@ -426,13 +426,14 @@ class RowReader:
 
     def _carried(self, header: RowHeader, column: Sequence[Any]) -> CarriedColumn:
         """Return a column that sets nothing: of numbers if every cell is one, else of text."""
+        digits = [_number_text(cell) for cell in column]
         numbers = np.full(len(column), np.nan)
-        for row, cell in enumerate(column):
-            text = _number_text(cell)
+        for row, text in enumerate(digits):
             if text is not None:
                 numbers[row] = self._finite(text, row, header)
-        has_numbers = any(_number_text(cell) is not None for cell in column)
-        if has_numbers and all(_is_empty(cell) or _number_text(cell) for cell in column):
+        are_plain = (text or _is_empty(cell) for text, cell in zip(digits, column, strict=True))
+        has_numbers = any(digits)
+        if has_numbers and all(are_plain):
             return CarriedColumn(header.column, header.unit, numbers)
         texts = ["" if _is_empty(cell) else str(cell) for cell in column]
         words = tuple(dict.fromkeys(("", *texts)))
