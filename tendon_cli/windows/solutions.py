@@ -198,8 +198,10 @@ def solve_windows(
     """
     question = solver.question
     count = len(points)
+    placement = question.placement
+    given = given_pretensions(question, points)
     if ends is None:
-        ends = solver.ends(points)
+        ends = solver.ends(points, given)
     groups = question.groups
     group_low, group_high = groups.windows(ends.low, ends.high)
     common = _common_windows(question, ends, group_low, group_high)
@@ -207,12 +209,11 @@ def solve_windows(
     high = common.high
     per_length = tension_per_length(question, points)
     reserve = _reserve(question.study.setting.accuracy, per_length)
-    placement = question.placement
     if placement.given is None:
         at_best = placement.within(common.best_low, common.best_high, reserve)
         pretension = np.where(low <= high, placement.within(low, high, reserve), at_best)
     else:
-        pretension = given_pretensions(question, points)
+        pretension = given
     is_served = serves(group_low, group_high, pretension[:, np.newaxis])  # (choices, groups)
     served_at = groups.share(is_served)
     feasible = low <= high

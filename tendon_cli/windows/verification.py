@@ -15,7 +15,6 @@ from tendon_cli.windows.coverage import ROUNDING, effective_count_of_strata, ser
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import (
     LEAN,
-    Placement,
     Question,
     cost_per_design,
     is_sought,
@@ -155,8 +154,7 @@ class Verifier:
             Stopped: The run was cancelled.
         """
         question = self.solver.question
-        placement = Placement(given=pretension)
-        ends = self.solver.for_question(replace(question, placement=placement)).ends(points)
+        ends = self.solver.ends(points, np.array([pretension]))
         groups = question.groups
         group_low, group_high = groups.windows(ends.low, ends.high)
         is_served = serves(group_low, group_high, pretension)
