@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.window import Ends
 from tendon_cli.proof.arcs import ConditionArcs
 from tendon_cli.proof.scope import Scope
@@ -26,6 +26,7 @@ from tendon_cli.proof.subdivision import (
     most_cells,
 )
 from tendon_cli.proof.tightening import tighten
+from tendon_cli.windows.question import with_enough
 from tendon_cli.windows.sampling_error import estimate_error
 from tendon_cli.windows.solutions import Solutions, solve_windows
 from tendon_cli.windows.solver import Folded, Solver
@@ -78,6 +79,9 @@ def certify(
 ) -> Certificate:
     """Prove the window of one choice; tighten it around each state that breaks a limit.
 
+    A choice that a second sample has set keeps its window and its setting: what is proved is then
+    the window that serves enough of the question's own sample.
+
     Args:
         solver: Solver of the question.
         solution: The solved choice.
@@ -87,27 +91,36 @@ def certify(
         Stopped: The run was cancelled.
     """
     question = solver.question
-    folded = solver.fold(solution.points)
+    points = solution.points
+    is_set_already = question.sample.sets_by_sample
+    if is_set_already:
+        question = with_enough(question, question.serve)
+        solver = solver.for_question(question)
+    folded = solver.fold(points)
     if question.sample.enough < 1.0:
-        solver.seek_everywhere(folded, solution.points)
+        solver.seek_everywhere(folded, points)
     else:
-        solver.seek(folded, solution.points, given_pretensions(question, solution.points))
-    proof = _Proof(solver, solution, folded, report)
+        solver.seek(folded, points, given_pretensions(question, points))
+    of_sample = solution
+    if is_set_already:
+        of_sample, _ = solve_windows(solver, points, solver.read(folded, points))
+    proof = _Proof(solver, of_sample, folded, report)
     is_sampled = question.for_choice(solution.points).is_sampled
     status = say.SAMPLED
-    if _is_in_window(solution) and question.study.trajectory is None:
+    if _is_in_window(of_sample) and question.study.trajectory is None:
         is_proved = proof.run()
         status = say.OPEN
         if is_proved:
             status = say.SAMPLED if is_sampled else say.PROVEN
-    solution = proof.solution
     is_open = status == say.OPEN
     estimate = None
-    if solution.has_window.item():
+    if proof.solution.has_window.item():
         if not is_open:
-            estimate = estimate_error(solver, solution, proof.folded)
+            estimate = estimate_error(solver, proof.solution, proof.folded)
         elif not is_sampled:
             estimate = proof.error_bound()
+    if not is_set_already:
+        solution = proof.with_worst()
     return Certificate(
         status=status,
         cells=proof.examined,
@@ -152,6 +165,7 @@ class _Proof:
         self._conditions = ConditionArcs.of(question, solution.points)
         self._at_once = cells_at_once(len(question.box))
         self._tightened = 0
+        self._served: Flags | None = None
         self._low = np.full(len(question.conditions), np.inf)
         self._high = np.full(len(question.conditions), -np.inf)
         self.most = most_cells(len(question.box))
@@ -177,13 +191,20 @@ class _Proof:
         has_window = self.solution.has_window.item()
         return has_window and not len(self.left) and not len(self.narrow)
 
+    def with_worst(self) -> Solutions:
+        """Return the choice with its worst values at all angles, as it was if nothing is proved."""
+        solution = self.solution
+        if self._served is None:
+            return solution
+        worst = worst_between(self._solver, solution.points, solution.pretension, self._served)
+        return solution.with_worst(self._solver.question, slice(None), worst)
+
     def _solve_again(self) -> None:
         """Solve the choice from its ends, and begin anew under conditions whose window widens."""
         solver = self._solver
         points = self.solution.points
-        solved, served = solve_windows(solver, points, solver.read(self.folded, points))
-        worst = worst_between(solver, points, solved.pretension, served)
-        self.solution = solved.with_worst(solver.question, slice(None), worst)
+        read = solver.read(self.folded, points)
+        self.solution, self._served = solve_windows(solver, points, read)
         self.windows = _served_windows(solver, self.folded, self.solution)
         low, high = self.windows
         self.margin = min(_MARGIN, 0.25 * float(np.max(high - low)))

@@ -29,7 +29,7 @@ ENDS: tuple[End, ...] = ("from", "to")
 
 NEEDED = 3.0
 """Tolerance that is enough, as a multiple of the accuracy with which a suit can be set."""
-_WINDOWS_AT_ONCE = 2**19
+WINDOWS_AT_ONCE = 2**19
 """Windows, choices times conditions, that are solved together."""
 
 
@@ -166,7 +166,7 @@ def solve(
     """
     parts = []
     question = solver.question
-    at_once = max(1, _WINDOWS_AT_ONCE // len(question.conditions))
+    at_once = max(1, WINDOWS_AT_ONCE // len(question.conditions))
     for rows in solver.cut(len(points), at_once):
         selected = points.select(rows)
         solved, served = solve_windows(solver, selected)

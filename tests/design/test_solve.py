@@ -90,7 +90,7 @@ def test_at_the_least_pretension_the_binding_state_is_just_taut(tmp_path):
     ("module", "name", "few"),
     [
         (solver_module, "_STATES_AT_ONCE", 500),  # 2 conditions at once
-        (solutions_module, "_WINDOWS_AT_ONCE", 30),  # 7 choices at once
+        (solutions_module, "WINDOWS_AT_ONCE", 30),  # 7 choices at once
     ],
     ids=["states", "windows"],
 )
