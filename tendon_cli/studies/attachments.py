@@ -4,23 +4,37 @@ from __future__ import annotations
 
 import errno
 import hashlib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
+
+from pydantic import ValidationError
 
 from tendon_cli.errors import Fault, InputError, StudyError
 from tendon_cli.files import read_input
 from tendon_cli.quantities import SIDES
 from tendon_cli.readers.table import read_table
+from tendon_cli.space.axis import CASE_AXIS
 from tendon_cli.studies import angle_curves
 from tendon_cli.studies.angle_curves import CurveColumns, CurveTable
+from tendon_cli.studies.checks import sheath_faults
 from tendon_cli.studies.file_content import MAX_BYTES as MAX_PEOPLE_BYTES
 from tendon_cli.studies.file_content import FileContent
+from tendon_cli.studies.json_schema import faults_of
 from tendon_cli.studies.magnitude import Slip, slip_faults, slip_notes
-from tendon_cli.studies.parts import Part
+from tendon_cli.studies.parts import FILES_OF_SHEATH, Part, SheathSide
 from tendon_cli.studies.people.people_section import People
-from tendon_cli.studies.row_reading import RowCells, carried_faults, columns_set
-from tendon_cli.studies.row_table import RowTable
+from tendon_cli.studies.row_reading import (
+    CASES,
+    RowCells,
+    RowReader,
+    StatedRow,
+    carried_faults,
+    columns_set,
+    flat_keys,
+)
+from tendon_cli.studies.row_table import RowTable, StatedRole
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.table_section import MAX_BYTES as MOST_TABLE_BYTES
 from tendon_cli.studies.table_section import MOST_ROWS, TableSection
@@ -64,12 +78,6 @@ class Attachments:
         study = self._with_fitted_suit(study)
         study = self._with_trajectory(study)
         update = {"sheath": self._sheath(study.sheath, "sheath"), **self._curves(study)}
-        if study.cases:
-            cases = []
-            for at, case in enumerate(study.cases):
-                sheath = self._sheath(getattr(case, "sheath", None), f"cases.{at}.sheath")
-                cases.append(case.model_copy(update={"sheath": sheath}))
-            update["cases"] = tuple(cases)
         if study.people is not None:
             update["people"] = self._people(study.people)
         return study.replaced(update) if self.sources else study
@@ -77,12 +85,10 @@ class Attachments:
     # --- Tables of rows --------------------------------------------------------------------------
 
     def with_tables(self, study: Study) -> Study:
-        """Return the study with the rows of its tables in place of what names them.
+        """Return the study with the rows of its cases and tables in place of what names them.
 
         All faults of the rows are collected. Numbers that are at fault are left out.
         """
-        if not study.table:
-            return study
         tables = []
         for at, section in enumerate(study.table):
             wrong = [*section.contradictions(at)]
@@ -91,7 +97,13 @@ class Attachments:
             if table is not None:
                 tables.append(table)
         self.faults += carried_faults(tables)
-        return study.replaced({"table": tuple(tables)})
+        cases = None
+        if study.cases is not None:
+            cells = self._stated_rows(study.cases, CASES)
+            cases = self._read_rows(CASE_AXIS, cells, "condition")
+        if cases is None and not tables:
+            return study
+        return study.replaced({"cases": cases, "table": tuple(tables)})
 
     def _rows(self, section: TableSection, at: int) -> RowTable | None:
         """Return the rows of a table; None if its file cannot be read.
@@ -103,14 +115,69 @@ class Attachments:
         if section.sample is not None:
             self.sources[f"table.{at}.sample"] = section.sample_facts
             return section.sampled(at)
-        cells = section.cells_of_rows(at) if section.file is None else self._cells(section, at)
-        if cells is None:
-            return None
-        reader = section.reader(cells)
-        table = reader.read(section.role)
-        is_of_file = section.file is not None
-        self.faults += [replace(fault, is_of_file=is_of_file) for fault in reader.faults]
+        if section.file is not None:
+            cells = self._cells(section, at)
+        elif isinstance(section.rows, dict):
+            cells = RowCells.of_columns(section.rows, f"table.{at}")
+        else:
+            cells = self._stated_rows(section.rows, f"table.{at}")
+        return None if cells is None else self._read_rows(section.name or "", cells, section.role)
+
+    def _read_rows(self, name: str, cells: RowCells, role: StatedRole | None) -> RowTable:
+        """Return the table of some cells, and collect its faults."""
+        reader = RowReader(name, cells)
+        table = reader.read(role)
+        self.faults += [replace(fault, is_of_file=cells.are_texts) for fault in reader.faults]
         return table
+
+    def _stated_rows(self, rows: Sequence[Mapping[str, Any]], where: str) -> RowCells:
+        """Return the cells of rows that a study states, with numbers in place of files."""
+        place = CASES if where == CASES else f"{where}.rows"
+        stated = []
+        for at, row in enumerate(rows):
+            cells = list(flat_keys(row))
+            try:
+                if any(
+                    key.startswith("sheath.") and key.endswith(FILES_OF_SHEATH) for key, _ in cells
+                ):
+                    cells = self._without_files(cells, f"{place}.{at}")
+                stated.append(cells)
+            except InputError as error:
+                key = error.where or place
+                self.faults.append(Fault(key, error.message, error.hint, is_of_file=True))
+        return RowCells.of_rows(stated, where)
+
+    def _without_files(self, row: StatedRow, place: str) -> StatedRow:
+        """Return a row with the numbers of its sheaths in place of the files that give them.
+
+        Args:
+            row: Its cells by dotted keys.
+            place: Its place in the study.
+        """
+        given = dict(row)
+        of_both: StudyNumber | None = None
+        for table in ("sheath", *(f"sheath.{side}" for side in SIDES)):
+            keys_of_files = [name for name in FILES_OF_SHEATH if f"{table}.{name}" in given]
+            if not keys_of_files:
+                continue
+            stated = {name: given.pop(f"{table}.{name}") for name in keys_of_files}
+            numbers = {f"{table}.{name}" for name in ("friction", "bend_angle")} & given.keys()
+            stated |= {key.rpartition(".")[2]: given[key] for key in numbers}
+            key = f"{place}.{table}"
+            try:
+                sheath = SheathSide.model_validate(stated)
+            except ValidationError as error:
+                wrong = faults_of(error, KeyPlaces())
+                self.faults += [replace(fault, key=f"{key}.{fault.key}") for fault in wrong]
+                continue
+            self.faults += sheath_faults(key, sheath)
+            found = self._sheath_numbers(sheath, key, of_both)
+            of_both = found.get("bend_angle") or _stated_bend(sheath)
+            for name in ("friction", "bend_angle"):
+                if found.get(name) is not None:
+                    number = keys()[f"sheath.{name}"].number
+                    given[f"{table}.{name}"] = found[name].document(number.quantity.dimension)
+        return [*given.items()]
 
     def _cells(self, section: TableSection, at: int) -> RowCells | None:
         """Return the cells of the file of a table; None if it cannot be read."""
@@ -474,7 +541,7 @@ class Attachments:
 
 
 def _estimate(number: str, middle: float | str, error: float | str, key: str) -> StudyNumber | None:
-    """Return a number with its standard error; for a case, the number only.
+    """Return a number with its standard error; for a row of a table, the number only.
 
     Args:
         number: Key of the number, such as `sheath.friction`.
@@ -482,8 +549,8 @@ def _estimate(number: str, middle: float | str, error: float | str, key: str) ->
         error: Standard error, likewise.
         key: Dotted key that names the file of the estimate.
     """
-    is_of_case = key.startswith("cases.")
-    return keys()[number].number.read(middle if is_of_case else {"mean": middle, "std": error})
+    is_of_row = key.startswith(("cases.", "table."))
+    return keys()[number].number.read(middle if is_of_row else {"mean": middle, "std": error})
 
 
 def _stated_bend(sheath: Any) -> StudyNumber | None:

@@ -20,7 +20,7 @@ from tendon_cli.studies.checks import (
     contradictions,
     curve_faults,
     implausible_faults,
-    table_conflicts,
+    set_twice,
 )
 from tendon_cli.studies.json_schema import faults_of
 from tendon_cli.studies.spaces import impossibilities, with_readable_default
@@ -223,7 +223,7 @@ def study_from(
             if not faults and not typed and not files.faults:
                 raise
         faults += files.faults
-        faults += table_conflicts(study, places, settings)
+        faults += set_twice(study, places, settings)
         faults += implausible_faults(study, files.sources)
         if not faults:
             faults += curve_faults(study)

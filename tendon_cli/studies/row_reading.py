@@ -8,11 +8,12 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cache
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from pydantic_core import PydanticCustomError
@@ -23,7 +24,7 @@ from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.readers.heading import Heading
 from tendon_cli.readers.table import Table
-from tendon_cli.space.axis import NAMED_AXES, CarriedColumn, split_side
+from tendon_cli.space.axis import CASE_AXIS, NAMED_AXES, CarriedColumn, split_side
 from tendon_cli.studies.contents import keys
 from tendon_cli.studies.design_section import CHOICE_RESULTS
 from tendon_cli.studies.fields import SingleField, fault, hint_at_nearest
@@ -56,8 +57,14 @@ _NEAR_OF_UNIT = 0.4
 """Similarity from which a header is taken for a key with the same unit."""
 _SPELLED_OUT = {"mu": "μ", "eta": "η"}
 """Symbols of keys that a header may spell out."""
+_LARGEST = 1e300
+"""Bound below which a number counts as finite."""
 _UNSTATED = ("inf", "+inf", "-inf", "infinity", "\u221e", "nan", "na", "n/a", "-")
 """Cells of a limit that a maker does not state: they are as empty."""
+CASES = "cases"
+"""Key of the rows whose table is called `case`."""
+StatedRow: TypeAlias = Sequence[tuple[str, Any]]
+"""Cells of a row that a study states, by dotted keys."""
 _HEADER = re.compile(r"^(.*?)\s*(?:[(\[](.*)[)\]])?\s*$", re.DOTALL)
 _NUMBER = re.compile(r"[+-]?([0-9]{1,40}\.?[0-9]{0,40}|\.[0-9]{1,40})([eE][+-]?[0-9]{1,3})?")
 _OTHER_COLUMNS = (
@@ -107,7 +114,7 @@ class RowCells:
     place: Callable[[int], str]
     """Returns the place of a row, for errors."""
     header_place: str
-    """Place of the headers, for errors."""
+    """Place of the headers, for errors; empty for cases, each of which states its own keys."""
     are_texts: bool = False
     """True for a file of text, whose numbers need a unit."""
 
@@ -124,8 +131,60 @@ class RowCells:
             where, header, columns, lambda row: table.place(row=row), table.place(), are_texts=True
         )
 
+    @classmethod
+    def of_columns(cls, columns: Mapping[str, Sequence[Any]], where: str) -> RowCells:
+        """Return the cells of columns that a program states by their headers."""
+        headers = [RowHeader.of(text) for text in columns]
+        rows = f"{where}.rows"
+        cells = [list(column) for column in columns.values()]
+        return cls(where, headers, cells, lambda row: f"{rows}, row {row + 1}", rows)
+
+    @classmethod
+    def of_rows(cls, rows: Sequence[StatedRow], where: str) -> RowCells:
+        """Return the cells of rows that a study states."""
+        place = f"{where}.rows"
+        header_place = place
+        if where == CASES:
+            place = CASES
+            header_place = ""
+            order = {key: at for at, key in enumerate((NAME, *row_keys()))}
+            rows = [sorted(row, key=lambda cell: order.get(cell[0], len(order))) for row in rows]
+        given = [_counted(row) for row in rows]
+        names = [(NAME, 0)] if where == CASES else []
+        keys_given = list(dict.fromkeys((*names, *(key for row in given for key in row))))
+        columns = [[row.get(key) for row in given] for key in keys_given]
+        headers = [RowHeader.of(str(key)) for key, _ in keys_given]
+        return cls(where, headers, columns, lambda row: f"{place}.{row}", header_place)
+
     def __len__(self) -> int:
         return len(self.columns[0]) if self.columns else 0
+
+    def cell_place(self, row: int, header: RowHeader) -> str:
+        """Return the place of a cell, for errors; that of a case is the key in the study."""
+        if not self.header_place:
+            return f"{self.place(row)}.{header.text}"
+        return f"{self.place(row)}, {shorten(header.text)}"
+
+
+def flat_keys(table: Mapping[Any, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the values of a row by dotted keys, whether these are quoted or nested."""
+    parts = {known[: known.rfind(".")] for known in row_keys()}
+    for name, value in table.items():
+        key = f"{prefix}{name}"
+        if isinstance(value, dict) and any(f"{part}.".startswith(f"{key}.") for part in parts):
+            yield from flat_keys(value, f"{key}.")
+        else:
+            yield key, value
+
+
+def _counted(row: StatedRow) -> dict[tuple[str, int], Any]:
+    """Return the values of a row by key and by how often the row has stated this key before."""
+    times: Counter[str] = Counter()
+    counted: dict[tuple[str, int], Any] = {}
+    for key, value in row:
+        counted[key, times[key]] = value
+        times[key] += 1
+    return counted
 
 
 def columns_set(columns: Sequence[Heading]) -> Sequence[Heading]:
@@ -180,12 +239,18 @@ class RowReader:
     key: str
     """Name of the table."""
     cells: RowCells
-    needs_names: bool = True
-    """False for a sample, whose rows are numbered."""
     faults: list[Fault] = field(default_factory=list)
     """Faults found so far."""
     slips: list[Slip] = field(default_factory=list)
     """Values that are far from any arm."""
+
+    @property
+    def _is_of_cases(self) -> bool:
+        return self.key == CASE_AXIS
+
+    def _leaves_value(self, cell: Any) -> bool:
+        """Return True for a cell that leaves the value of the study; a case leaves the key out."""
+        return cell is None if self._is_of_cases else _is_empty(cell)
 
     def read(self, role: StatedRole | None) -> RowTable:
         """Return the table; of a faulty one what could be read."""
@@ -205,15 +270,14 @@ class RowReader:
             elif self._may_be_carried(header):
                 carried[header.column] = self._carried(header, column)
                 unused.append(header)
-        if not numbers and not self.faults:
+        if not (numbers or self.faults or self._is_of_cases):
             self._refuse_nothing_set(unused)
         if names is None:
             names = tuple(map(str, range(1, len(self.cells) + 1)))
-            if self.needs_names:
-                found = shorten(", ".join(header.text for header in self.cells.header), 200)
-                problem = f'no column "{NAME}", the headers read: {found}'
-                hint = f"a column {NAME} that tells the rows apart"
-                self.faults.append(Fault(self.cells.header_place, problem, hint))
+            found = shorten(", ".join(header.text for header in self.cells.header), 200)
+            problem = f'no column "{NAME}", the headers read: {found}'
+            hint = f"a column {NAME} that tells the rows apart"
+            self.faults.append(Fault(self.cells.header_place, problem, hint))
         return RowTable(
             key=self.key,
             names=names,
@@ -244,31 +308,25 @@ class RowReader:
             yield header, column
 
     def _refuse_header(self, header: RowHeader, problem: str, hint: str | None) -> None:
+        """Collect a fault of a header; that of a case is a key of the first case that states it."""
         place = self.cells.header_place
         shown = f'"{shorten(header.text)}": ' if header.text else ""
+        if not place:
+            column = self.cells.columns[self.cells.header.index(header)]
+            first = next((row for row, cell in enumerate(column) if cell is not None), 0)
+            place = shorten(self.cells.cell_place(first, header), 120)
+            shown = ""
         self.faults.append(Fault(place, f"{shown}{problem}", hint))
 
     def _may_be_carried(self, header: RowHeader) -> bool:
         """Return True for a header that names no key of the study, but a column of its own."""
-        unit = f" ({header.unit})" if header.unit else ""
         meant = {key.column: path for path, key in keys().items() if path in row_keys()}
         if header.name in meant:
-            hint = f'did you mean "{meant[header.name]}{unit}"?'
+            hint = _with_unit(f'did you mean "{meant[header.name]}"?', header)
             self._refuse_header(header, "is not a key of a study, but a column of its tables", hint)
             return False
-        if "." in header.name:
-            near = hint_at_nearest(header.name, row_keys(), cutoff=0.6)
-            instead = instead_of(header.name.split("."))
-            if instead is not None:
-                self._refuse_header(header, IS_GONE, instead)
-            elif header.name.startswith("motion."):
-                problem = "is the same for all rows"
-                self._refuse_header(header, problem, f"state {header.name} in the study")
-            elif near is None:
-                tables = "keys such as spring.stiffness (kN/m); other headers have no dot"
-                self._refuse_header(header, "unknown key", tables)
-            else:
-                self._refuse_header(header, "unknown key", near.removesuffix('"?') + f'{unit}"?')
+        if "." in header.name or self._is_of_cases:
+            self._refuse_header(header, *self._unknown_key(header))
             return False
         if not header.column:
             self._refuse_header(header, "has neither letters nor digits", "give it a name")
@@ -276,10 +334,31 @@ class RowReader:
         own = f"{self.key}_{header.column}"
         if own in known_columns():
             alike = meant.get(own)
-            hint = f'did you mean "{alike}{unit}"?' if alike else "rename the column"
+            hint = _with_unit(f'did you mean "{alike}"?', header) if alike else "rename the column"
             self._refuse_header(header, f"would be the column {own}, which tables have", hint)
             return False
         return True
+
+    def _unknown_key(self, header: RowHeader) -> tuple[str, str]:
+        """Return problem and hint of a header that no row can set."""
+        from tendon_cli.studies.json_schema import key_words  # only a fault pays for its import
+
+        name = header.name
+        instead = instead_of(name.split("."))
+        if instead is not None:
+            return IS_GONE, instead
+        if any(f"{known}.".startswith(f"{name}.") for known in key_words()):
+            row = "case" if self._is_of_cases else "row"
+            hint = f"state {name} for the whole study, or write a study for each {row}"
+            return f"is the same for all {row}s", hint
+        near = hint_at_nearest(name, (NAME, *row_keys()), cutoff=0.6)
+        like = _key_like(header)
+        if near is None and like is not None:
+            near = f'did you mean "{like}"?'
+        if near is None:
+            more = "" if self._is_of_cases else "; other headers have no dot"
+            return "unknown key", f"keys such as spring.stiffness (kN/m){more}"
+        return "unknown key", _with_unit(near, header)
 
     def _refuse_nothing_set(self, headers: Sequence[RowHeader]) -> None:
         """Refuse rows that set no number of the study; name keys that headers may have meant."""
@@ -307,8 +386,12 @@ class RowReader:
             name = "" if _is_empty(cell) else str(cell).strip()
             problem = ""
             hint: str | None = None
-            if not name:
+            if not name and self._is_of_cases:
+                problem = "is missing, each case needs it"
+            elif not name:
                 problem = "an empty name, expected one for each row"
+            elif isinstance(cell, bool) or not isinstance(cell, str | int | float):
+                problem = f"{described(cell)} is not a name, expected text in quotes"
             elif len(name) > _LONGEST_NAME or not name.isprintable():
                 problem = f"{described(name)} is not a name, expected {_LONGEST_NAME} characters"
                 problem += " at most that can be printed"
@@ -316,7 +399,8 @@ class RowReader:
                 problem = f'"{shorten(name)}" is the name of two rows'
                 hint = f"the other is {self.cells.place(rows[name])}"
             if problem:
-                wrong.append(Fault(f"{self.cells.place(row)}, {NAME}", problem, hint))
+                place = self.cells.cell_place(row, RowHeader.of(NAME))
+                wrong.append(Fault(place, problem, hint))
                 name = f"row {row + 1}"
             rows.setdefault(name, row)
             names.append(name)
@@ -329,7 +413,7 @@ class RowReader:
         values = np.full(len(column), np.nan)
         wrong = []
         for row, cell in enumerate(column):
-            if _is_empty(cell):
+            if self._leaves_value(cell):
                 continue
             if cell in words:
                 values[row] = words.index(cell)
@@ -349,7 +433,7 @@ class RowReader:
             unit = self._unit(header, mark)
             if unit is None:
                 return np.full(len(column), np.nan), ""
-        if header.name.startswith("limits."):
+        if header.name.startswith("limits.") and not self._is_of_cases:
             column = ["" if str(cell).strip().lower() in _UNSTATED else cell for cell in column]
         cells = _ColumnCells(mark, unit, are_texts=self.cells.are_texts)
         if cells.are_si and set(map(type, column)) == {float} and not np.isinf(column).any():
@@ -369,7 +453,7 @@ class RowReader:
         wrong = []
         without_unit = 0
         for row, cell in enumerate(column):
-            if _is_empty(cell):
+            if self._leaves_value(cell):
                 continue
             try:
                 values[row] = cells.value(cell)
@@ -418,7 +502,7 @@ class RowReader:
         is_far = np.isfinite(values) & (values != 0.0) & ~((low <= values) & (values <= high))
         for row in np.flatnonzero(is_far).tolist():
             measure = cells.measure(column[row])
-            written = measure.quoted.strip('"')
+            written = column[row] if cells.unit is None else measure.quoted.strip('"')
             place = self._cell_place(row, header)
             where = self.cells.where
             place = place.removeprefix(f"{where}, ").removeprefix(f"{where}.")
@@ -463,7 +547,7 @@ class RowReader:
         return None
 
     def _cell_place(self, row: int, header: RowHeader) -> str:
-        return f"{self.cells.place(row)}, {shorten(header.text)}"
+        return self.cells.cell_place(row, header)
 
     def _list(self, wrong: list[Fault], column: str) -> None:
         """Add the faults of a column, of many only the first and their number."""
@@ -512,7 +596,8 @@ class _ColumnCells:
             _NoUnitError: Nothing says its unit.
         """
         if isinstance(cell, bool) or not isinstance(cell, str | int | float):
-            return self.mark.measure(cell).si  # a fault, and nothing that can be looked up
+            number = SingleField.read(self.mark, cell)  # a fault, and nothing to look up
+            return math.nan if number is None else number.single
         known = self._known.get(cell)
         if known is None:
             known = self._read(cell)
@@ -577,7 +662,7 @@ def _number_text(cell: Any) -> str | None:
     if isinstance(cell, float):
         cell = float(cell)  # NumPy's has a text of its own
     if isinstance(cell, (int, float)):
-        return repr(cell) if math.isfinite(cell) else None
+        return repr(cell) if abs(cell) < _LARGEST else None
     text = str(cell).strip()
     return text if _NUMBER.fullmatch(text) else None
 
@@ -587,6 +672,18 @@ def _is_empty(cell: Any) -> bool:
     if isinstance(cell, str):
         return not cell.strip()
     return cell is None or (isinstance(cell, float) and math.isnan(cell))
+
+
+def _with_unit(hint: str, header: RowHeader) -> str:
+    """Return a hint at keys with the unit of a header behind each that can have it."""
+    unit = UNITS.get(header.unit)
+
+    def written(quoted: re.Match[str]) -> str:
+        key = keys().get(quoted[1])
+        fits = unit is not None and key is not None and unit.dimension in key.number.dimensions
+        return f'"{quoted[1]} ({header.unit})"' if fits else quoted[0]
+
+    return re.sub(r'"([^"]+)"', written, hint)
 
 
 def _key_like(header: RowHeader) -> str | None:

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
 
 from tendon_cli.model.kinematics import Array
-from tendon_cli.space.axis import CASE_AXIS, CarriedColumn
-from tendon_cli.studies.contents import case_numbers, keys
+from tendon_cli.space.axis import CASE_AXIS, CarriedColumn, split_side
+from tendon_cli.studies.contents import keys
 from tendon_cli.studies.magnitude import Slip
-from tendon_cli.studies.model_words import WORDS_OF, numbers_of_words
-from tendon_cli.studies.parts import Part
-from tendon_cli.studies.values import RIGID
+from tendon_cli.studies.model_words import WORDS_OF
+from tendon_cli.studies.values import RIGID, si_document
 from tendon_cli.units import shorten
 
 StatedRole = Literal["choice", "condition", "draw"]
@@ -51,15 +50,6 @@ class RowTable:
     def __len__(self) -> int:
         return len(self.names)
 
-    @classmethod
-    def of_cases(cls, cases: tuple[Part, ...]) -> RowTable:
-        """Return the table of a study's `[[cases]]`, which may set words of the model, too."""
-        rows = [case_numbers(case) | numbers_of_words(case) for case in cases]
-        keys_set = dict.fromkeys(key for row in rows for key in row)
-        numbers = {key: np.array([row.get(key, np.nan) for row in rows]) for key in keys_set}
-        names = tuple(str(getattr(case, NAME, "")) for case in cases)
-        return cls(CASE_AXIS, names, numbers, "condition", where="cases")
-
     @property
     def keys(self) -> tuple[str, ...]:
         """Dotted keys of the numbers that its rows set."""
@@ -81,6 +71,23 @@ class RowTable:
                 yield f"{self.where}: {key}", key
 
     @property
+    def first_places(self) -> dict[str, str]:
+        """Place of each number that its rows set, by key, for errors; of cases the first."""
+        if not self.is_of_cases:
+            return dict.fromkeys(self.numbers, self.where)
+        first: dict[str, str] = {}
+        for place, key in self.places:
+            first.setdefault(key, place)
+        return first
+
+    @property
+    def slips_by_place(self) -> dict[str, tuple[Slip, ...]]:
+        """Slips by the place of the table for errors; those of cases by their keys."""
+        if not self.is_of_cases:
+            return {self.where: self.slips} if self.slips else {}
+        return {f"{self.where}.{slip.place}": (replace(slip, place=""),) for slip in self.slips}
+
+    @property
     def warnings(self) -> Iterator[str]:
         """Sentences on cells that are no number in a column that has some: sums are null there."""
         for column in self.carried:
@@ -97,9 +104,27 @@ class RowTable:
                 f" rows, where sums of it are null: {shorten(', '.join(unknown), _LONGEST_LIST)}"
             )
 
-    def document(self) -> dict[str, Any]:
-        """Return the table as a record has it: its columns, each behind its header, in SI."""
-        return self._document
+    def document(self) -> Any:
+        """Return the table as a record has it, in SI.
+
+        It has columns, each behind its header; cases are rows, whose keys are nested.
+        """
+        return self._cases_document() if self.is_of_cases else self._document
+
+    def _cases_document(self) -> list[dict[str, Any]]:
+        rows: list[dict[str, Any]] = [{NAME: name} for name in self.names]
+        for key, values in self.numbers.items():
+            *tables, name = key.split(".")
+            for row, value in zip(rows, values.tolist(), strict=True):
+                if math.isnan(value):
+                    continue
+                inner = row
+                for table in tables:
+                    inner = inner.setdefault(table, {})
+                words = WORDS_OF.get(split_side(key)[0])
+                dimension = "" if words else keys()[key].number.quantity.dimension
+                inner[name] = words[int(value)] if words else si_document(value, dimension)
+        return rows
 
     @cached_property
     def _document(self) -> dict[str, Any]:
@@ -123,7 +148,7 @@ def _cells_of(key: str, values: Array, reading: str | None) -> tuple[str, list[A
         values: Its values.
         reading: Dimension in which a pretension is stated; None for any other number.
     """
-    words = next((of_key for common, of_key in WORDS_OF.items() if is_of_key(key, common)), None)
+    words = WORDS_OF.get(split_side(key)[0])
     if words is not None:
         return key, [None if np.isnan(value) else words[int(value)] for value in values]
     cells: list[Any] = values.tolist()
@@ -133,12 +158,6 @@ def _cells_of(key: str, values: Array, reading: str | None) -> tuple[str, list[A
     if key in keys() and keys()[key].number.quantity.dimension == "angle":
         unit = "rad"
     return (key if unit is None else f"{key} ({unit})"), cells
-
-
-def is_of_key(key: str, common: str) -> bool:
-    """Return True if a key is a common one, or that of one of its sides."""
-    table, _, name = common.rpartition(".")
-    return key.startswith(f"{table}.") and key.endswith(f".{name}")
 
 
 def carried_header(column: CarriedColumn) -> str:

@@ -12,12 +12,16 @@ from pydantic import BeforeValidator, GetJsonSchemaHandler, WithJsonSchema, mode
 from pydantic_core import CoreSchema, PydanticCustomError
 
 from tendon_cli.errors import Fault
+from tendon_cli.quantities import SIDES
+from tendon_cli.space.axis import split_side
 from tendon_cli.studies.contents import keys
 from tendon_cli.studies.design_section import Seed
 from tendon_cli.studies.fields import FieldMark, fault, fault_inside, hint_at_nearest, whole_number
 from tendon_cli.studies.gone import IS_GONE, instead_of
-from tendon_cli.studies.parts import FileName, Part, field_default
-from tendon_cli.studies.row_reading import RowCells, RowHeader, RowReader, known_columns, row_keys
+from tendon_cli.studies.model_words import WORDS_OF
+from tendon_cli.studies.number import schema_table
+from tendon_cli.studies.parts import FILES_OF_SHEATH, FileName, Part, SheathSide, field_default
+from tendon_cli.studies.row_reading import flat_keys, known_columns, row_keys
 from tendon_cli.studies.row_table import NAME, RowTable, StatedRole
 from tendon_cli.studies.values import StudyNumber, Uncertain, sample_numbers
 from tendon_cli.units import described, shorten
@@ -54,8 +58,11 @@ TableName = Annotated[
 
 
 @dataclass(frozen=True)
-class _RowsField(FieldMark):
+class RowsField(FieldMark):
     """Mark of a field that holds rows: a list of tables, or a table of columns."""
+
+    is_of_cases: bool = False
+    """True for the rows of `[[cases]]`, which are a list of tables and may be none."""
 
     def read(self, value: object) -> Any:
         """Return rows as they are; what stands in them is read with those of files.
@@ -67,23 +74,29 @@ class _RowsField(FieldMark):
         """
         if value is None:
             return None
-        if isinstance(value, dict):
+        if isinstance(value, dict) and not self.is_of_cases:
             return _checked_columns(value)
         if not isinstance(value, (list, tuple)):
-            raise fault(f"{described(value)} is not a list of rows, expected rows in braces")
+            rows = "tables" if self.is_of_cases else "rows, expected rows in braces"
+            hint = "in TOML, each of them starts with [[cases]]" if self.is_of_cases else None
+            raise fault(f"{described(value)} is not a list of {rows}", hint)
+        if not value and self.is_of_cases:
+            return None
         if not value:
             raise fault("an empty list, expected at least one row")
         if all(isinstance(column, list) and column for column in value):
             return _checked_columns({column[0]: column[1:] for column in value})
-        for row in value:
+        for at, row in enumerate(value):
             if not isinstance(row, dict):
                 hint = 'such as { name = "P1", "spring.stiffness" = "1.5 kN/m" }'
-                raise fault(f"{described(row)} is not a row, expected keys in braces", hint)
+                raise fault(f"row {at + 1}: {described(row)}, expected keys in braces", hint)
         return tuple(value)
 
     def __get_pydantic_json_schema__(
         self, core: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
+        if self.is_of_cases:
+            return {"type": "array", "items": _schema_of_case()}
         cell = {"type": ["string", "number", "boolean", "null", "object"]}
         row = {
             "type": "object",
@@ -99,6 +112,27 @@ class _RowsField(FieldMark):
             "study, quoted, with a unit in brackets or in each cell, and other columns",
             "anyOf": [{"type": "array", "items": row, "minItems": 1}, columns],
         }
+
+
+def _schema_of_case() -> dict[str, Any]:
+    """Return the JSON schema of a case: its name, and every key that a row may set, nested."""
+    case: dict[str, Any] = {
+        NAME: {"type": ["string", "number"], "description": "name of the case, different for each"}
+    }
+    leaves: dict[str, dict[str, Any]] = {}
+    for key in row_keys():
+        words = WORDS_OF.get(split_side(key)[0])
+        leaves[key] = {"enum": [*words]} if words else keys()[key].number.single_schema()
+    for sheath in ("sheath", *(f"sheath.{side}" for side in SIDES)):
+        files = SheathSide.model_json_schema()["properties"]
+        leaves |= {f"{sheath}.{name}": files[name] for name in FILES_OF_SHEATH}
+    for key, leaf in leaves.items():
+        *tables, name = key.split(".")
+        inner = case
+        for table in tables:
+            inner = inner.setdefault(table, schema_table({}, 0))["properties"]
+        inner[name] = leaf
+    return schema_table(case, 1)
 
 
 def _checked_columns(columns: dict[Any, Any]) -> dict[Any, Any]:
@@ -133,7 +167,7 @@ class _BetweenField(FieldMark):
             hint = 'such as { "spring.stiffness" = "1 kN/m to 8 kN/m" }'
             raise fault(f"{described(value)} is not a table, expected a range for each key", hint)
         numbers: dict[str, StudyNumber] = {}
-        for key, stated in _flat(value):
+        for key, stated in flat_keys(value):
             instead = instead_of(key.split("."))
             if instead is not None:
                 raise fault_inside(key, fault(IS_GONE, instead))
@@ -168,17 +202,6 @@ class _BetweenField(FieldMark):
         }
 
 
-def _flat(table: dict[Any, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the values of a table by dotted keys, whether these are quoted or nested."""
-    parts = {known[: known.rfind(".")] for known in row_keys()}
-    for name, value in table.items():
-        key = f"{prefix}{name}"
-        if isinstance(value, dict) and any(f"{part}.".startswith(f"{key}.") for part in parts):
-            yield from _flat(value, f"{key}.")
-        else:
-            yield key, value
-
-
 class TableSection(Part):
     """Table of rows, each of which sets several numbers of the study together."""
 
@@ -193,7 +216,7 @@ class TableSection(Part):
     file: FileName | None = field_default(
         None, description="a CSV with a column name, and keys of the study with units as headers"
     )
-    rows: Annotated[Any, _RowsField()] = None
+    rows: Annotated[Any, RowsField()] = None
     sample: Literal["sobol", "latin-hypercube", "random"] | None = field_default(
         None, description="rows that are drawn between bounds, the same on every machine"
     )
@@ -247,24 +270,6 @@ class TableSection(Part):
 
     # --- Rows ------------------------------------------------------------------------------------
 
-    def cells_of_rows(self, at: int) -> RowCells:
-        """Return the cells of the rows that the study states.
-
-        Args:
-            at: Place of the table in the study, from 0.
-        """
-        where = f"table.{at}"
-        rows = f"{where}.rows"
-        if isinstance(self.rows, dict):
-            columns = [list(cells) for cells in self.rows.values()]
-            headers = [RowHeader.of(text) for text in self.rows]
-            return RowCells(where, headers, columns, lambda row: f"{rows}, row {row + 1}", rows)
-        flat = [dict(_flat(row)) for row in self.rows]
-        keys_given = list(dict.fromkeys(key for row in flat for key in row))
-        columns = [[row.get(key) for row in flat] for key in keys_given]
-        headers = [RowHeader.of(str(key)) for key in keys_given]
-        return RowCells(where, headers, columns, lambda row: f"{rows}.{row}", rows)
-
     def sampled(self, at: int) -> RowTable:
         """Return the table of a sample.
 
@@ -316,7 +321,3 @@ class TableSection(Part):
             "between": between,
             "note": note,
         }
-
-    def reader(self, cells: RowCells) -> RowReader:
-        """Return the reader of the rows of this table."""
-        return RowReader(self.name or "", cells)

@@ -116,7 +116,7 @@ def test_the_command_line_is_a_place_too(folder):
         ({"name": "a", "rows": [{"name": "A", "arm.upper_arm_angle": 3}]}, "degrees or radians"),
         ({"name": "a", "rows": {"name": ["A"], "spool.ratio": [1, 2]}}, "same number in all"),
         ({"name": "a", "rows": [{"name": "A", "spring.at": "knee"}]}, '"joint" or "motor"'),
-        ({"name": "a", "rows": [{"name": "A", "spool.ratio": [1, 2]}]}, "is not a number"),
+        ({"name": "a", "rows": [{"name": "A", "spool.ratio": [1, 2]}]}, "expected one value"),
         ({"name": "a", "rows": {"name": ["A", "B"], "spool.ratio": [1, True]}}, "truth value"),
         ({"name": "a", "rows": [{"name": "A", "spool.ratio": "0.5 to 0.7"}]}, "exact numbers"),
         ({"name": "a", "rows": {"name": ["A"], "part no": ["1"], "part-no": ["2"]}}, "given twice"),

@@ -93,7 +93,7 @@ CASES = (
         "a case named twice",
         "[[cases]]\nname = 'a'\n[[cases]]\nname = 'a'\n",
         "cases.1.name",
-        "two cases",
+        "two rows",
         line=4,
     ),
     toml(
