@@ -27,9 +27,7 @@ from tendon_cli.studies.parts import FILES_OF_SHEATH, Part, SheathSide
 from tendon_cli.studies.people.people_section import People
 from tendon_cli.studies.row_reading import (
     CASES,
-    RowCells,
     RowReader,
-    StatedRow,
     carried_faults,
     columns_set,
     flat_keys,
@@ -99,8 +97,8 @@ class Attachments:
         self.faults += carried_faults(tables)
         cases = None
         if study.cases is not None:
-            cells = self._stated_rows(study.cases, CASES)
-            cases = self._read_rows(CASE_AXIS, cells, "condition")
+            reader = self._reader_of_rows(CASE_AXIS, study.cases, CASES)
+            cases = self._read_rows(reader, "condition")
         if cases is None and not tables:
             return study
         return study.replaced({"cases": cases, "table": tuple(tables)})
@@ -115,73 +113,67 @@ class Attachments:
         if section.sample is not None:
             self.sources[f"table.{at}.sample"] = section.sample_facts
             return section.sampled(at)
+        name = section.name or ""
+        reader: RowReader | None
         if section.file is not None:
-            cells = self._cells(section, at)
+            reader = self._reader_of_file(name, section.file, at)
         elif isinstance(section.rows, dict):
-            cells = RowCells.of_columns(section.rows, f"table.{at}")
+            reader = RowReader.of_columns(name, section.rows, f"table.{at}")
         else:
-            cells = self._stated_rows(section.rows, f"table.{at}")
-        return None if cells is None else self._read_rows(section.name or "", cells, section.role)
+            reader = self._reader_of_rows(name, section.rows, f"table.{at}")
+        return None if reader is None else self._read_rows(reader, section.role)
 
-    def _read_rows(self, name: str, cells: RowCells, role: StatedRole | None) -> RowTable:
-        """Return the table of some cells, and collect its faults."""
-        reader = RowReader(name, cells)
+    def _read_rows(self, reader: RowReader, role: StatedRole | None) -> RowTable:
+        """Return the table of some rows, and collect its faults."""
         table = reader.read(role)
-        self.faults += [replace(fault, is_of_file=cells.are_texts) for fault in reader.faults]
+        self.faults += [replace(fault, is_of_file=reader.are_texts) for fault in reader.faults]
         return table
 
-    def _stated_rows(self, rows: Sequence[Mapping[str, Any]], where: str) -> RowCells:
-        """Return the cells of rows that a study states, with numbers in place of files."""
+    def _reader_of_rows(
+        self, name: str, rows: Sequence[Mapping[str, Any]], where: str
+    ) -> RowReader:
+        """Return the reader of rows that a study states, with numbers in place of files."""
         place = CASES if where == CASES else f"{where}.rows"
-        stated = []
-        for at, row in enumerate(rows):
-            cells = list(flat_keys(row))
-            try:
-                if any(
-                    key.startswith("sheath.") and key.endswith(FILES_OF_SHEATH) for key, _ in cells
-                ):
-                    cells = self._without_files(cells, f"{place}.{at}")
-                stated.append(cells)
-            except InputError as error:
-                key = error.where or place
-                self.faults.append(Fault(key, error.message, error.hint, is_of_file=True))
-        return RowCells.of_rows(stated, where)
+        stated = [dict(flat_keys(row)) for row in rows]
+        for at, row in enumerate(stated):
+            self._resolve_row(row, f"{place}.{at}")
+        return RowReader.of_rows(name, stated, where)
 
-    def _without_files(self, row: StatedRow, place: str) -> StatedRow:
-        """Return a row with the numbers of its sheaths in place of the files that give them.
+    def _resolve_row(self, row: dict[str, Any], place: str) -> None:
+        """Put the numbers of the sheaths of a row in place of the files that give them.
 
         Args:
-            row: Its cells by dotted keys.
+            row: Its cells by dotted keys; changed.
             place: Its place in the study.
         """
-        given = dict(row)
         of_both: StudyNumber | None = None
         for table in ("sheath", *(f"sheath.{side}" for side in SIDES)):
-            keys_of_files = [name for name in FILES_OF_SHEATH if f"{table}.{name}" in given]
-            if not keys_of_files:
+            files = {f"{table}.{name}": name for name in FILES_OF_SHEATH}
+            stated = {name: row.pop(key) for key, name in files.items() if key in row}
+            if not stated:
                 continue
-            stated = {name: given.pop(f"{table}.{name}") for name in keys_of_files}
-            numbers = {f"{table}.{name}" for name in ("friction", "bend_angle")} & given.keys()
-            stated |= {key.rpartition(".")[2]: given[key] for key in numbers}
-            key = f"{place}.{table}"
+            numbers = {name: f"{table}.{name}" for name in ("friction", "bend_angle")}
+            stated |= {name: row[key] for name, key in numbers.items() if key in row}
+            where = f"{place}.{table}"
             try:
                 sheath = SheathSide.model_validate(stated)
+                self.faults += sheath_faults(where, sheath)
+                found = self._sheath_numbers(sheath, where, of_both)
             except ValidationError as error:
                 wrong = faults_of(error, KeyPlaces())
-                self.faults += [replace(fault, key=f"{key}.{fault.key}") for fault in wrong]
+                self.faults += [replace(fault, key=f"{where}.{fault.key}") for fault in wrong]
                 continue
-            self.faults += sheath_faults(key, sheath)
-            found = self._sheath_numbers(sheath, key, of_both)
+            except InputError as error:
+                self.faults.append(_fault_of_file(error, where))
+                continue
             of_both = found.get("bend_angle") or _stated_bend(sheath)
-            for name in ("friction", "bend_angle"):
+            for name, key in numbers.items():
                 if found.get(name) is not None:
-                    number = keys()[f"sheath.{name}"].number
-                    given[f"{table}.{name}"] = found[name].document(number.quantity.dimension)
-        return [*given.items()]
+                    dimension = keys()[f"sheath.{name}"].number.quantity.dimension
+                    row[key] = found[name].document(dimension)
 
-    def _cells(self, section: TableSection, at: int) -> RowCells | None:
-        """Return the cells of the file of a table; None if it cannot be read."""
-        file = section.file or ""
+    def _reader_of_file(self, name: str, file: str, at: int) -> RowReader | None:
+        """Return the reader of the file of a table; None if it cannot be read."""
         key = f"table.{at}.file"
         content = self._read(file, key, MOST_TABLE_BYTES)
         if content is None:
@@ -195,16 +187,12 @@ class Attachments:
         try:
             table = read_table(content, columns_set, source=where, most_bytes=MOST_TABLE_BYTES)
         except InputError as error:
-            place = error.where or where
-            self.faults.append(Fault(place, error.message, error.hint, is_of_file=True))
+            self.faults.append(_fault_of_file(error, where))
             return None
         self._note(key, file, content, rows=len(table))
-        cells = RowCells.of_table(table)
-        self.faults += [
-            Fault(error.where or where, error.message, error.hint, is_of_file=True)
-            for error in table.faults
-        ]
-        return cells
+        reader = RowReader.of_table(name, table)
+        self.faults += [_fault_of_file(error, where) for error in table.faults]
+        return reader
 
     # --- A fitted suit ---------------------------------------------------------------------------
 
@@ -538,6 +526,11 @@ class Attachments:
             "sha256": hashlib.sha256(content).hexdigest(),
             **facts,
         }
+
+
+def _fault_of_file(error: InputError, where: str) -> Fault:
+    """Return the error of a file as a fault of the study that names it."""
+    return Fault(error.where or where, error.message, error.hint, is_of_file=True)
 
 
 def _estimate(number: str, middle: float | str, error: float | str, key: str) -> StudyNumber | None:

@@ -87,8 +87,7 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
         *_limit_faults(study, at_fault),
         *curve_faults(study, at_fault),
     ]
-    of_motion = (trajectory_fault(study.motion), short_record(study.motion))
-    faults += [fault for fault in of_motion if fault is not None]
+    faults += motion_faults(study)
     faults += _condition_faults(study)
     faults += _exact_faults(study)
     faults += _goal_faults(study, at_fault)
@@ -97,6 +96,12 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
     quantities = {name: key.quantity for path, key in keys().items() for name in (path, key.column)}
     faults += figure_faults(study.figure, quantities, [*_own_columns(study)], at_fault)
     return faults
+
+
+def motion_faults(study: Study) -> list[Fault]:
+    """Return the faults of a motion in time that cannot be smoothed."""
+    faults = (trajectory_fault(study.motion), short_record(study.motion))
+    return [fault for fault in faults if fault is not None]
 
 
 def without_intervals(study: Study) -> Study:
@@ -250,7 +255,7 @@ def _anchor_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
     of_rows = [
         (place, path)
         for table in study.row_tables
-        for place, path in table.places
+        for path, place in table.places.items()
         if path in _ANCHOR_KEYS
     ]
     keys_given = [*stated, *(place for place, _ in of_rows)]
@@ -316,7 +321,7 @@ def _reading_unit_faults(study: Study) -> Iterator[Fault]:
     if "pretension" in study.tendon.model_fields_set:
         stated[PRETENSION] = getattr(study.tendon.pretension, "dimension", None)
     for rows in study.row_tables:
-        for place, key in rows.places:
+        for key, place in rows.places.items():
             stated[place] = rows.readings.get(key)
     accuracy = study.setting.accuracy
     if accuracy.tension is not None:
@@ -543,7 +548,7 @@ def set_twice(study: Study, places: KeyPlaces, settings: Collection[str] = ()) -
     setters: dict[str, str] = {}
     for table in study.row_tables:
         whose = "a case" if table.is_of_cases else f'the table "{table.key}"'
-        for key, place in table.first_places.items():
+        for key, place in table.places.items():
             other = _other_setter(study, table, key, settings)
             if key in setters:
                 other = f"so {setters[key]}", _LEAVE_ONE_OUT
@@ -553,7 +558,11 @@ def set_twice(study: Study, places: KeyPlaces, settings: Collection[str] = ()) -
             given, hint = other
             line = places.line_of(key)
             where = f" (line {line})" if line is not None and key in places.lines else ""
-            yield Fault(place, f"{whose} sets {key}, but {given}{where}", hint)
+            yield Fault(
+                place if table.is_of_cases else table.where,
+                f"{whose} sets {key}, but {given}{where}",
+                hint,
+            )
 
 
 def _other_setter(

@@ -93,7 +93,7 @@ def part_document(part: Part) -> dict[str, Any]:
             content[name] = part_document(value)
         elif isinstance(value, StudyNumber) and mark is not None:
             content[name] = value.document(mark.quantity.dimension)
-        elif hasattr(value, "document"):
+        elif value is not None and hasattr(value, "document"):
             content[name] = value.document()
         elif isinstance(value, tuple):
             # An empty list differs from a key that is left out only if the default is None.

@@ -356,14 +356,6 @@ class SingleField(FieldMark):
         self, core: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
         """Return the JSON schema by which an editor completes and checks the number."""
-        return self._schema(self._json_choices())
-
-    def single_schema(self) -> dict[str, Any]:
-        """Return the JSON schema of one value, as a row of a table has it."""
-        return self._schema([self._json_one()])
-
-    def _schema(self, choices: list[dict[str, Any]]) -> dict[str, Any]:
-        """Return the JSON schema of some forms of the number, with its meaning and unit."""
         quantity = self.quantity
         if quantity.dimension == "angle":
             unit = " An angle has a unit."
@@ -372,7 +364,7 @@ class SingleField(FieldMark):
         else:
             unit = f" A bare number is in {quantity.unit}."
         meaning = f"{quantity.symbol}: {quantity.long_name}.{unit}"
-        return {"description": meaning, "x-unit": quantity.unit, "anyOf": choices}
+        return {"description": meaning, "x-unit": quantity.unit, "anyOf": self._json_choices()}
 
     def _json_choices(self) -> list[dict[str, Any]]:
         """Return the schemas of all forms that the field takes."""

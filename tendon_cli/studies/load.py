@@ -20,6 +20,7 @@ from tendon_cli.studies.checks import (
     contradictions,
     curve_faults,
     implausible_faults,
+    motion_faults,
     set_twice,
 )
 from tendon_cli.studies.json_schema import faults_of
@@ -36,6 +37,7 @@ from tendon_cli.studies.toml_reading import (
     refused,
 )
 from tendon_cli.units import described, shorten
+from tendon_cli.version import RESULTS_VERSION
 
 AnyStudy: TypeAlias = str | PathLike[str] | Mapping[str, Any] | Study
 """Study, its keys in a dictionary, or the path of its file."""
@@ -276,14 +278,34 @@ def varied_study(study: Study, settings: Mapping[str, Any]) -> Study:
     return varied.ordered(varied.axes, study.sources)
 
 
-def recorded_study(record: Mapping[str, Any]) -> Study:
+def recorded_study(record: Mapping[str, Any], version: object = RESULTS_VERSION) -> Study:
     """Return the study of a run or a table from its `Study.record`, without its files.
 
-    What a record of an older version holds was accepted when it was computed.
+    Types, sizes and bounds are checked as in any file. That its keys do not contradict one another,
+    and that its numbers are plausible, was judged when this version computed it; a record of
+    another version is judged again.
+
+    Args:
+        record: The record.
+        version: Version of the results that it was written with.
+
+    Raises:
+        StudyError: It is not as tendon writes it.
     """
     axes = tuple(record["axes"])
     content = {"allow_implausible": True, **record["study"]}
-    study = study_from(content, order=axes, is_recorded=True)
+    if version != RESULTS_VERSION:
+        judged = study_from(content, order=axes, is_recorded=True)
+        return judged.ordered(axes, record["sources"])
+    study, faults = _validated(content, KeyPlaces())
+    if study is not None and (study.table or study.cases is not None):
+        files = Attachments(Path(), accepts_slips=True)
+        study = files.with_tables(study)
+        faults += files.faults
+    if study is not None and study.motion.trajectory is not None:
+        faults += motion_faults(study)
+    if study is None or faults:
+        raise StudyError(faults)
     return study.ordered(axes, record["sources"])
 
 

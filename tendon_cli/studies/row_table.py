@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
 
 from tendon_cli.model.kinematics import Array
-from tendon_cli.space.axis import CASE_AXIS, CarriedColumn, split_side
+from tendon_cli.space.axis import CASE_AXIS, CarriedColumn, NamedAxis, split_side
 from tendon_cli.studies.contents import keys
 from tendon_cli.studies.magnitude import Slip
 from tendon_cli.studies.model_words import WORDS_OF
@@ -27,33 +27,17 @@ NAME = "name"
 
 
 @dataclass(frozen=True, eq=False)
-class RowTable:
-    """Rows with names, each of which sets several numbers of a study together."""
+class RowTable(NamedAxis):
+    """Axis of the rows that a study states, in a file or as a sample; its role may be left open."""
 
-    key: str
-    """Name of the table, of its axis and of the column that says which row."""
-    names: tuple[str, ...]
-    """Names of the rows, all different."""
-    numbers: Mapping[str, Array]
-    """Numbers that the rows set, (rows,) each, by dotted key, SI; NaN in a row without one."""
-    role: StatedRole | None = None
+    stated_role: StatedRole | None = None
     """Role as the study states it; None if it leaves it open."""
-    carried: tuple[CarriedColumn, ...] = ()
-    """Columns that set no number of the study."""
     readings: Mapping[str, str] = field(default_factory=dict)
     """Dimension in which the pretensions of the table are stated, by dotted key."""
-    slips: tuple[Slip, ...] = ()
-    """Values that are far from any arm."""
+    slips: Mapping[str, tuple[Slip, ...]] = field(default_factory=dict)
+    """Values that are far from any arm, by the place of the table, or of a case's key."""
     where: str = ""
     """Place of the table, for errors: "springs.csv", "table.0"."""
-
-    def __len__(self) -> int:
-        return len(self.names)
-
-    @property
-    def keys(self) -> tuple[str, ...]:
-        """Dotted keys of the numbers that its rows set."""
-        return tuple(self.numbers)
 
     @property
     def is_of_cases(self) -> bool:
@@ -61,31 +45,12 @@ class RowTable:
         return self.key == CASE_AXIS
 
     @property
-    def places(self) -> Iterator[tuple[str, str]]:
-        """Places of its numbers for errors, with their keys: those of cases one by one."""
-        for key, values in self.numbers.items():
-            if self.is_of_cases:
-                for row in np.flatnonzero(~np.isnan(values)).tolist():
-                    yield f"cases.{row}.{key}", key
-            else:
-                yield f"{self.where}: {key}", key
-
-    @property
-    def first_places(self) -> dict[str, str]:
+    def places(self) -> dict[str, str]:
         """Place of each number that its rows set, by key, for errors; of cases the first."""
         if not self.is_of_cases:
-            return dict.fromkeys(self.numbers, self.where)
-        first: dict[str, str] = {}
-        for place, key in self.places:
-            first.setdefault(key, place)
-        return first
-
-    @property
-    def slips_by_place(self) -> dict[str, tuple[Slip, ...]]:
-        """Slips by the place of the table for errors; those of cases by their keys."""
-        if not self.is_of_cases:
-            return {self.where: self.slips} if self.slips else {}
-        return {f"{self.where}.{slip.place}": (replace(slip, place=""),) for slip in self.slips}
+            return {key: f"{self.where}: {key}" for key in self.numbers}
+        rows = {key: int(np.argmin(np.isnan(values))) for key, values in self.numbers.items()}
+        return {key: f"{self.where}.{row}.{key}" for key, row in rows.items()}
 
     @property
     def warnings(self) -> Iterator[str]:
@@ -134,7 +99,7 @@ class RowTable:
             columns[header] = cells
         for column in self.carried:
             columns[carried_header(column)] = carried_cells(column)
-        role = {} if self.role is None else {"role": self.role}
+        role = {} if self.stated_role is None else {"role": self.stated_role}
         # A record sorts keys, which would lose the order of the columns.
         lists = [[header, *cells] for header, cells in columns.items()]
         return {"name": self.key, **role, "rows": lists}

@@ -46,7 +46,7 @@ from tendon_cli.studies.magnitude import Slip, slip_notes
 from tendon_cli.studies.parts import Part, field_default
 from tendon_cli.studies.people.people_section import People
 from tendon_cli.studies.row_table import RowTable
-from tendon_cli.studies.table_section import RowsField, TableSection
+from tendon_cli.studies.table_section import CasesField, TableSection
 from tendon_cli.studies.usual import UsualDeviation
 from tendon_cli.studies.values import StudyNumber, Uncertain
 
@@ -106,7 +106,7 @@ class StudyTables(Part):
     motion: parts.Motion = parts.Motion()
     model: parts.Model = parts.Model()
     output: parts.Output = parts.Output()
-    cases: Annotated[Any, RowsField(is_of_cases=True)] = field_default(
+    cases: Annotated[Any, CasesField()] = field_default(
         None, description="one axis of linked values, such as persons: rows of the table `case`"
     )
     table: tuple[TableSection, ...] = field_default(
@@ -230,7 +230,7 @@ class Study(Displayed, StudyTables):
         """Values far from any arm, by dotted key: those of numbers and of curves."""
         found = dict(marked_slips(self, ""))
         for table in self.row_tables:
-            found |= table.slips_by_place
+            found |= table.slips
         return found
 
     @property
@@ -355,7 +355,7 @@ class Study(Displayed, StudyTables):
         return tuple(
             table.key
             for table in self.row_tables
-            if table.role == "draw" and table.key not in stated
+            if table.stated_role == "draw" and table.key not in stated
         )
 
     @property
@@ -542,8 +542,8 @@ def _is_given(key: str) -> bool:
 
 def _is_condition(table: RowTable) -> bool:
     """Return True for a table whose rows are conditions unless the study names its conditions."""
-    if table.role is not None:
-        return table.role == "condition"
+    if table.stated_role is not None:
+        return table.stated_role == "condition"
     return bool(table.keys) and all(map(_is_given, table.keys))
 
 

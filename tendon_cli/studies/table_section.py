@@ -8,19 +8,22 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, GetJsonSchemaHandler, WithJsonSchema, model_validator
+from pydantic import (
+    BeforeValidator,
+    GetJsonSchemaHandler,
+    TypeAdapter,
+    WithJsonSchema,
+    create_model,
+    model_validator,
+)
 from pydantic_core import CoreSchema, PydanticCustomError
 
 from tendon_cli.errors import Fault
-from tendon_cli.quantities import SIDES
-from tendon_cli.space.axis import split_side
-from tendon_cli.studies.contents import keys
+from tendon_cli.studies.contents import DESIGN_PARTS, keys
 from tendon_cli.studies.design_section import Seed
 from tendon_cli.studies.fields import FieldMark, fault, fault_inside, hint_at_nearest, whole_number
 from tendon_cli.studies.gone import IS_GONE, instead_of
-from tendon_cli.studies.model_words import WORDS_OF
-from tendon_cli.studies.number import schema_table
-from tendon_cli.studies.parts import FILES_OF_SHEATH, FileName, Part, SheathSide, field_default
+from tendon_cli.studies.parts import FileName, Part, field_default
 from tendon_cli.studies.row_reading import flat_keys, known_columns, row_keys
 from tendon_cli.studies.row_table import NAME, RowTable, StatedRole
 from tendon_cli.studies.values import StudyNumber, Uncertain, sample_numbers
@@ -61,9 +64,6 @@ TableName = Annotated[
 class RowsField(FieldMark):
     """Mark of a field that holds rows: a list of tables, or a table of columns."""
 
-    is_of_cases: bool = False
-    """True for the rows of `[[cases]]`, which are a list of tables and may be none."""
-
     def read(self, value: object) -> Any:
         """Return rows as they are; what stands in them is read with those of files.
 
@@ -74,14 +74,10 @@ class RowsField(FieldMark):
         """
         if value is None:
             return None
-        if isinstance(value, dict) and not self.is_of_cases:
+        if isinstance(value, dict):
             return _checked_columns(value)
         if not isinstance(value, (list, tuple)):
-            rows = "tables" if self.is_of_cases else "rows, expected rows in braces"
-            hint = "in TOML, each of them starts with [[cases]]" if self.is_of_cases else None
-            raise fault(f"{described(value)} is not a list of {rows}", hint)
-        if not value and self.is_of_cases:
-            return None
+            raise fault(f"{described(value)} is not a list of rows, expected rows in braces")
         if not value:
             raise fault("an empty list, expected at least one row")
         if all(isinstance(column, list) and column for column in value):
@@ -95,8 +91,6 @@ class RowsField(FieldMark):
     def __get_pydantic_json_schema__(
         self, core: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        if self.is_of_cases:
-            return {"type": "array", "items": _schema_of_case()}
         cell = {"type": ["string", "number", "boolean", "null", "object"]}
         row = {
             "type": "object",
@@ -114,34 +108,14 @@ class RowsField(FieldMark):
         }
 
 
-def _schema_of_case() -> dict[str, Any]:
-    """Return the JSON schema of a case: its name, and every key that a row may set, nested."""
-    case: dict[str, Any] = {
-        NAME: {"type": ["string", "number"], "description": "name of the case, different for each"}
-    }
-    leaves: dict[str, dict[str, Any]] = {}
-    for key in row_keys():
-        words = WORDS_OF.get(split_side(key)[0])
-        leaves[key] = {"enum": [*words]} if words else keys()[key].number.single_schema()
-    for sheath in ("sheath", *(f"sheath.{side}" for side in SIDES)):
-        files = SheathSide.model_json_schema()["properties"]
-        leaves |= {f"{sheath}.{name}": files[name] for name in FILES_OF_SHEATH}
-    for key, leaf in leaves.items():
-        *tables, name = key.split(".")
-        inner = case
-        for table in tables:
-            inner = inner.setdefault(table, schema_table({}, 0))["properties"]
-        inner[name] = leaf
-    return schema_table(case, 1)
-
-
 def _checked_columns(columns: dict[Any, Any]) -> dict[Any, Any]:
     """Return columns by their headers; refuse any that are not lists of one length."""
     lengths = set()
     for header, cells in columns.items():
         if not isinstance(cells, (list, tuple)):
             problem = f"{described(cells)} is not a column, expected a list of cells"
-            raise fault_inside(shorten(str(header)), fault(problem))
+            hint = "in TOML, each row of cases starts with [[cases]]"
+            raise fault_inside(shorten(str(header)), fault(problem, hint))
         lengths.add(len(cells))
     if len(lengths) > 1:
         listed = " and ".join(f"{length:,}" for length in sorted(lengths))
@@ -149,6 +123,22 @@ def _checked_columns(columns: dict[Any, Any]) -> dict[Any, Any]:
     if not lengths or not max(lengths):
         raise fault("holds no rows, expected at least one")
     return columns
+
+
+class CasesField(RowsField):
+    """Mark of `[[cases]]`: the rows of the table `case`, which may be none."""
+
+    def read(self, value: object) -> Any:
+        """Return rows as `RowsField` does; None for an empty list."""
+        return None if value == [] else super().read(value)
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        parts: dict[str, Any] = {key: (part | None, None) for key, part in DESIGN_PARTS.items()}
+        parts["name"] = (str, field_default(description="name of the case, different for each"))
+        case = create_model("Case", __base__=Part, **parts)
+        return handler(TypeAdapter(list[case]).core_schema)  # type: ignore[valid-type]
 
 
 @dataclass(frozen=True)
@@ -286,14 +276,18 @@ class TableSection(Part):
         readings = {
             key: number.dimension for key, number in self.between.items() if number.dimension
         }
+        where = f"table.{at}"
+        slips = tuple(slip for number in self.between.values() for slip in number.slips)
+        name = self.name or ""
         return RowTable(
-            key=self.name or "",
-            names=tuple(map(str, range(1, count + 1))),
-            numbers=numbers,
-            role=self.role,
+            name,
+            name,
+            numbers,
+            tuple(map(str, range(1, count + 1))),
+            stated_role=self.role,
             readings=readings,
-            slips=tuple(slip for number in self.between.values() for slip in number.slips),
-            where=f"table.{at}",
+            slips={where: slips} if slips else {},
+            where=where,
         )
 
     @property

@@ -153,7 +153,7 @@ def test_it_takes_what_a_study_file_may_say(content):
         {"motion": {"direction": ["up"]}},
         {"cases": {"name": "a"}},
         {"cases": [{"arm": {"b1": 1}}]},
-        {"cases": [{"name": "a", "arm": {"b1": [1, 2]}}]},
+        {"cases": [{"name": "a", "arm": {"bb1": 1}}]},
         {"sheath": {"path": 3}},
     ],
 )
