@@ -349,7 +349,7 @@ class Attachments:
         if named is None or content is None or isinstance(people.statistics, str):
             return people
         known = people.changed(file=FileContent.of(content))
-        persons = known.read(shorten(named), accepts_slips=self.accepts_slips)
+        persons = known.bodies(where=shorten(named), accepts_slips=self.accepts_slips)
         warnings = list(persons.notes)
         warnings += self._judged("people.file", persons.slips)
         self._note("people.file", named, content, persons=len(persons.persons), warnings=warnings)

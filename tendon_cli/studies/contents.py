@@ -98,17 +98,12 @@ def part_document(part: Part) -> dict[str, Any]:
         elif isinstance(value, tuple):
             # An empty list differs from a key that is left out only if the default is None.
             if value or field.default is None:
-                content[name] = [_item_document(item) for item in value]
+                content[name] = [
+                    item.document() if hasattr(item, "document") else item for item in value
+                ]
         elif value is not None:
             content[name] = value
     return content
-
-
-def _item_document(item: Any) -> Any:
-    """Return an item of a list as a study file would have it: a word, a table or rows."""
-    if isinstance(item, Part):
-        return part_document(item)
-    return item.document() if hasattr(item, "document") else item
 
 
 def marked_slips(part: Part, prefix: str) -> Iterator[tuple[str, tuple[Slip, ...]]]:

@@ -236,15 +236,10 @@ def study_from(
         raise _input_error(faults)
     if study is None or faults:
         placed = [places.placed(fault) for fault in faults]
-        placed.sort(key=_place_in_files)
+        placed.sort(key=lambda one: (one.file or "", _NO_LINE if one.line is None else one.line))
         raise StudyError(placed)
     axes = tuple(dict.fromkeys((*order, *_number_keys(content))))
     return study.ordered(axes, {**(sources or {}), **files.sources})
-
-
-def _place_in_files(fault: Fault) -> tuple[str, int]:
-    """Return the order of a fault among others: by file, the study's own first, and by line."""
-    return fault.file or "", _NO_LINE if fault.line is None else fault.line
 
 
 def _input_error(faults: list[Fault]) -> InputError:

@@ -336,7 +336,7 @@ class RowReader:
             problem = ""
             hint: str | None = None
             if not name:
-                problem = "an empty name, expected one for each row"
+                problem = "is missing or empty, expected a name for each row"
             elif isinstance(cell, bool) or not isinstance(cell, str | int | float):
                 problem = f"{described(cell)} is not a name, expected text in quotes"
             elif len(name) > _LONGEST_NAME or not name.isprintable():

@@ -16,7 +16,7 @@ S1,1,3 kN/m,=1+2,130,5,x
 S4,1,4,0.5,130,5,<script>alert(1)</script>
 """
 OF_BAD = [
-    ("line 3, name", "an empty name"),
+    ("line 3, name", "missing or empty"),
     ("line 4, name", '"S1" is the name of two rows', "line 2"),
     ("line 1", "spring.stifness", 'did you mean "spring.stiffness (kN/m)"'),
     ("line 2, spring.stiffness", "-3 kN/m is impossible"),

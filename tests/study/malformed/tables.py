@@ -89,7 +89,7 @@ WORDS = (
 
 CASES = (
     toml(
-        "a case without a name", "[[cases]]\narm.b1 = 0.1\n", "cases.0.name", "empty name", line=1
+        "a case without a name", "[[cases]]\narm.b1 = 0.1\n", "cases.0.name", "missing", line=1
     ),
     toml(
         "a case named twice",
@@ -167,7 +167,7 @@ CASES = (
         "a case without a name",
         "cases:\n  - arm: {b1: 0.1}\n",
         "cases.0.name",
-        "empty name",
+        "missing",
         line=2,
     ),
 )
