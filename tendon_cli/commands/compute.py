@@ -3,6 +3,7 @@
 import contextlib
 import inspect
 import json
+import shlex
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -107,16 +108,24 @@ def _compute(
 
     options.refuse_both("--resume", resume, "--overwrite", overwrite)
     keep_freed_memory()
-    with stopped_by_signals(str(out or "results")) as stop:
-        all_settings = list(settings or ())
-        if kind.setting is not None and texts:
-            all_settings.append(f"{kind.setting.key}={json.dumps(texts)}")
-        loaded = tendon.study(study, all_settings)
-        folder = out or Path("results", f"{loaded.name}{kind.suffix}")
-        if dry_run:
-            record, text = face.size(kind.verb, loaded, folder, jobs, not no_figures)
-            print_result(record if as_json else text, unless=quiet and not as_json)
-            return
+    all_settings = list(settings or ())
+    if kind.setting is not None and texts:
+        all_settings.append(f"{kind.setting.key}={json.dumps(texts)}")
+    loaded = tendon.study(study, all_settings)
+    folder = out or Path("results", f"{loaded.name}{kind.suffix}")
+    if dry_run:
+        record, text = face.size(kind.verb, loaded, folder, jobs, not no_figures)
+        print_result(record if as_json else text, unless=quiet and not as_json)
+        return
+    words = [
+        "tendon",
+        kind.verb,
+        str(study),
+        *(word for one in all_settings for word in ("--set", one)),
+    ]
+    if out is not None:
+        words += ["--out", str(out)]
+    with stopped_by_signals(str(folder), shlex.join([*words, "--resume"])) as stop:
 
         def confirm(task: "Task") -> None:
             if task.seconds > _LONG and not quiet:
