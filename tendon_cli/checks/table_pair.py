@@ -126,12 +126,8 @@ class TablePair:
             values[axis.column] = str(value) if axis.is_text else float(value)
         return values
 
-    def breaking(self) -> tuple[Breaking, Breaking]:
-        """Return the common rows that break each limit in the first table, and in the second."""
-        return self._breaking(0), self._breaking(1)
-
-    def _breaking(self, place: int) -> Breaking:
-        """Return the common rows that break each limit in one of the tables."""
+    def breaking(self, place: int) -> Breaking:
+        """Return the common rows that break each limit in the first table, 0, or the second, 1."""
         cube = (self.first, self.second)[place]
         names = [name for name in columns_that_judge(cube) if name in cube.columns]
         columns: dict[str, Any] = {name: self._column(place, name) for name in names}

@@ -160,10 +160,13 @@ def _compute(
 
 def _duration(seconds: float) -> str:
     """Say a duration to one digit: "40 s", "3 min", "2 h"."""
+    from tendon_cli import say
+
     unit, size = next(
         (unit, size) for unit, size in (("h", 3600), ("min", 60), ("s", 1)) if seconds >= 1.5 * size
     )
-    return f"{seconds / size:.1g} {unit}" if seconds < 10 * size else f"{seconds / size:.0f} {unit}"
+    count = seconds / size
+    return f"{say.number(count, 1) if count < 10 else say.number(round(count))} {unit}"
 
 
 def _announce(
