@@ -153,10 +153,9 @@ class Study(Displayed, StudyTables):
     """Usual deviations that are drawn, as an answer does, by dotted key."""
 
     drawn_by: ClassVar[str] = "tendon_cli.face.page_of_study"
-    documented: ClassVar[tuple[str, ...]] = ("vary",)
 
     def __dir__(self) -> list[str]:
-        return sorted([*super().__dir__(), *type(self).model_fields])
+        return sorted([*super().__dir__(), "vary", *type(self).model_fields])
 
     @property
     def text(self) -> str:
