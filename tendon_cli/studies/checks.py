@@ -548,21 +548,18 @@ def set_twice(study: Study, places: KeyPlaces, settings: Collection[str] = ()) -
     setters: dict[str, str] = {}
     for table in study.row_tables:
         whose = "a case" if table.is_of_cases else f'the table "{table.key}"'
+        does = "do the cases" if table.is_of_cases else f"does the table {table.key}"
         for key, place in table.places.items():
+            where = place if table.is_of_cases else table.where
             other = _other_setter(study, table, key, settings)
+            line = places.line_of(key) if key in places.lines else None
             if key in setters:
                 other = f"so {setters[key]}", _LEAVE_ONE_OUT
-            setters[key] = "do the cases" if table.is_of_cases else f"does the table {table.key}"
-            if other is None:
-                continue
-            given, hint = other
-            line = places.line_of(key)
-            where = f" (line {line})" if line is not None and key in places.lines else ""
-            yield Fault(
-                place if table.is_of_cases else table.where,
-                f"{whose} sets {key}, but {given}{where}",
-                hint,
-            )
+            elif other is not None and line is not None:
+                other = f"{other[0]} (line {line})", other[1]
+            setters[key] = f"{does} ({where})"
+            if other is not None:
+                yield Fault(where, f"{whose} sets {key}, but {other[0]}", other[1])
 
 
 def _other_setter(

@@ -24,7 +24,7 @@ from tendon_cli.quantities import QUANTITIES
 from tendon_cli.readers.heading import Heading
 from tendon_cli.readers.table import Table
 from tendon_cli.space.axis import CASE_AXIS, NAMED_AXES, CarriedColumn, split_side
-from tendon_cli.studies.contents import keys
+from tendon_cli.studies.contents import is_key_of_study, keys
 from tendon_cli.studies.design_section import CHOICE_RESULTS
 from tendon_cli.studies.fields import SingleField, fault, hint_at_nearest
 from tendon_cli.studies.gone import IS_GONE, instead_of
@@ -292,13 +292,11 @@ class RowReader:
             header: The header.
             meant: Key whose column in tables it names; None for any other.
         """
-        from tendon_cli.studies.json_schema import key_words  # only a fault pays for its import
-
         name = header.name
         instead = instead_of(name.split("."))
         if instead is not None:
             return IS_GONE, instead
-        if any(f"{known}.".startswith(f"{name}.") for known in key_words()):
+        if is_key_of_study(name):
             hint = f"state {name} for the whole study, or write a study for each row"
             return "is the same for all rows", hint
         like = meant or _key_like(header)
