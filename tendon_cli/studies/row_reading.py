@@ -91,6 +91,13 @@ def row_keys() -> tuple[str, ...]:
 
 
 @cache
+def _tables_of_keys() -> frozenset[str]:
+    """Return the keys of the tables in which numbers of a row stand, such as `tendon.flexor`."""
+    ends = (match for key in row_keys() for match in re.finditer(r"\.", key))
+    return frozenset(match.string[: match.start()] for match in ends)
+
+
+@cache
 def known_columns() -> frozenset[str]:
     """Return the columns that tables of tendon have whatever a study carries along."""
     numbers = {key.column for key in keys().values()}
@@ -100,10 +107,9 @@ def known_columns() -> frozenset[str]:
 
 def flat_keys(table: Mapping[Any, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Yield the values of a row by dotted keys, whether these are quoted or nested."""
-    parts = {known[: known.rfind(".")] for known in row_keys()}
     for name, value in table.items():
         key = f"{prefix}{name}"
-        if isinstance(value, dict) and any(f"{part}.".startswith(f"{key}.") for part in parts):
+        if isinstance(value, dict) and key in _tables_of_keys():
             yield from flat_keys(value, f"{key}.")
         else:
             yield key, value
