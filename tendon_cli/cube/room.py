@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from tendon_cli.errors import UsageError
 from tendon_cli.model.actuator import State
+from tendon_cli.model.design import Design
 from tendon_cli.model.forms import DesignLimit
 from tendon_cli.model.kinematics import Rows
 from tendon_cli.model.limits import LIMITS
@@ -102,27 +103,33 @@ def _of_states(study: Study, limit: DesignLimit, rows: Rows) -> Floats:
 
 
 def _state_values(study: Study, limit: DesignLimit, designs: Rows) -> Floats:
-    """Return the quantity that a limit bounds in all states of some designs, (designs, states).
-
-    Along a trajectory, states are those that hold.
-    """
-    from tendon_cli.model.motor import select_points  # only states pay for its import
-
-    space = space_of(study)
-    space_shape = space.shape or (1,)
-    places = np.unravel_index(designs, space_shape)
-    at = select_points(space.design(space.whole), (*space_shape, 1, 1), places)
+    """Return the quantity that a limit bounds in all states of some designs, (designs, states)."""
     angles = study.angles.reshape(1, -1)
-    if study.trajectory is None:
-        state = State.of(at, angles, study.flexion)
-    else:
-        from tendon_cli.model.moving import Moving  # only a study of motion pays for its import
-
-        state = Moving.of(at, study.trajectory).state
+    state = _states_at(study, designs)
     speed = np.nan if study.motion.speed is None else study.motion.speed.single
     values = limit.value(state, speed)
     shape = (len(designs), *np.broadcast_shapes(angles.shape, study.flexion.shape))
     return np.broadcast_to(values, shape).reshape(len(designs), -1)
+
+
+def _states_at(study: Study, designs: Rows) -> State:
+    """Return all states of designs by number; along a trajectory those that hold."""
+    at = designs_at(study, designs)
+    if study.trajectory is None:
+        return State.of(at, study.angles.reshape(1, -1), study.flexion)
+    from tendon_cli.model.moving import Moving  # only a study of motion pays for its import
+
+    return Moving.of(at, study.trajectory).state
+
+
+def designs_at(study: Study, designs: Rows) -> Design:
+    """Return designs by number, along one axis before those of directions and angles."""
+    from tendon_cli.model.motor import select_points  # only states pay for its import
+
+    space = space_of(study)
+    shape = space.shape or (1,)
+    places = np.unravel_index(designs, shape)
+    return select_points(space.design(space.whole), (*shape, 1, 1), places)
 
 
 def _states_per_design(study: Study) -> int:

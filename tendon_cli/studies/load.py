@@ -26,7 +26,7 @@ from tendon_cli.studies.checks import (
 from tendon_cli.studies.json_schema import faults_of
 from tendon_cli.studies.spaces import impossibilities, with_readable_default
 from tendon_cli.studies.study import EXTENDS, Study, keys
-from tendon_cli.studies.study_file import STDIN, read_document
+from tendon_cli.studies.study_file import STDIN, read_document, study_files
 from tendon_cli.studies.study_layers import Layer, layer_sources, merge_layers, read_layers
 from tendon_cli.studies.toml_reading import (
     MAX_DEPTH,
@@ -44,6 +44,8 @@ AnyStudy: TypeAlias = str | PathLike[str] | Mapping[str, Any] | Study
 
 _ROWS = re.compile(r"table\.[0-9]+\.rows")
 """Path of the rows of a table, whose empty cells leave the value of the study."""
+_MOST_FILES = 100
+"""Most files of a folder that are read to find a study."""
 _NO_LINE = 10**9
 """Place of a fault without a line, behind all others."""
 
@@ -112,6 +114,19 @@ def load_study(path: str | PathLike[str], settings: Iterable[str] = ()) -> Study
         if error.where is None:
             error.where = "standard input" if file == STDIN else shorten(str(file), 1000)
         raise
+
+
+def studies_in(folder: Path) -> list[Path]:
+    """Return the files of a folder that have the keys of a study and no others."""
+
+    def is_study(file: Path) -> bool:
+        try:
+            content = read_document(file).content
+        except StudyError:
+            return False
+        return {key.partition(".")[0] for key in content} <= {*Study.model_fields}
+
+    return [file for file in study_files(folder)[:_MOST_FILES] if is_study(file)]
 
 
 def named_path(file: Path, settings: Iterable[str], key: str) -> Path:

@@ -152,6 +152,9 @@ class Study(Displayed, StudyTables):
 
     drawn_by: ClassVar[str] = "tendon_cli.face.page_of_study"
 
+    def __dir__(self) -> list[str]:
+        return sorted([*super().__dir__(), "vary", *type(self).model_fields])
+
     @property
     def text(self) -> str:
         """Name, axes, limits and warnings, in a few lines."""
