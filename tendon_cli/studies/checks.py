@@ -83,7 +83,6 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
         *_rest_angle_faults(study, at_fault),
         *_reading_faults(study),
         *_reading_unit_faults(study),
-        *_anchor_faults(study, at_fault),
         *_limit_faults(study, at_fault),
         *curve_faults(study, at_fault),
     ]
@@ -246,8 +245,11 @@ def _output_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
         yield Fault("output.states", "names columns of a table that is not written", hint)
 
 
-def _anchor_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
-    """Yield faults of anchors that meet a file of persons, unless the study says whose they are."""
+def anchor_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
+    """Yield faults of anchors that meet a file of persons, unless the study says whose they are.
+
+    Those of a fitted suit are among them once its file has been read.
+    """
     key = "arm.anchors"
     if study.people is None or not study.people.is_from_file or key in at_fault:
         return
@@ -265,9 +267,10 @@ def _anchor_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
         problem = f"is needed because this study states {names} and has a file of persons"
         yield Fault(key, problem, WHOSE_ANCHORS)
     elif is_measured and not keys_given:
-        is_known = study.fitted_from is None  # else the fitted suit may state anchors
+        is_known = study.fitted_from is None  # else the file of a fitted suit could not be read
         if is_known and not any(name in at_fault for name in _ANCHOR_KEYS):
-            yield nothing_measured()
+            problem = '"measured" is about stated anchors, but this study states none'
+            yield Fault(key, problem, 'such as b1 = "110 mm" in [arm], or leave it out')
     elif is_measured:
         for place, path in of_rows:
             if path not in stated:
@@ -276,12 +279,6 @@ def _anchor_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
                     problem = '"measured" is about anchors of [arm], which does not state this one'
                 hint = f"give {path} in the study, too: each value here replaces it"
                 yield Fault(place, problem, hint)
-
-
-def nothing_measured() -> Fault:
-    """Return the fault of a study that says how its anchors are known, but states none."""
-    problem = '"measured" is about stated anchors, but this study states none'
-    return Fault("arm.anchors", problem, 'such as b1 = "110 mm" in [arm], or leave it out')
 
 
 def _rest_angle_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
