@@ -164,7 +164,7 @@ class RowReader:
     """True for a file of text, whose numbers need a unit."""
     faults: list[Fault] = field(default_factory=list)
     """Faults found so far."""
-    slips: dict[str, tuple[Slip, ...]] = field(default_factory=dict)
+    slips: dict[str, list[Slip]] = field(default_factory=dict)
     """Values that are far from any arm, by the place of the table, or of a case's key."""
 
     @classmethod
@@ -361,20 +361,15 @@ class RowReader:
     def _words(self, header: Heading, column: Sequence[Any]) -> Array:
         """Return a column of words of the model as the numbers that they are to it."""
         words = WORDS_OF[split_side(header.name)[0]]
-        values = np.full(len(column), np.nan)
-        wrong = []
-        for row, cell in enumerate(column):
-            if _is_empty(cell):
-                continue
+
+        def read(cell: Any) -> float:
             if cell in words:
-                values[row] = words.index(cell)
-                continue
+                return float(words.index(cell))
             expected = " or ".join(f'"{word}"' for word in words)
             problem = f"{described(cell)} is not possible, expected {expected}"
-            hint = hint_at_nearest(str(cell), words)
-            wrong.append(Fault(self._cell_place(row, header), problem, hint))
-        self._list(wrong, header.header)
-        return values
+            raise fault(problem, hint_at_nearest(str(cell), words))
+
+        return self._values(header, column, read)
 
     def _numbers(self, header: Heading, column: Sequence[Any]) -> tuple[Array, str]:
         """Return a column of numbers in SI, and the dimension in which a reading is stated."""
@@ -389,35 +384,34 @@ class RowReader:
         cells = _ColumnCells(mark, unit, are_texts=self.are_texts)
         values = cells.of_record(column)
         if values is None:
-            values = self._values(header, column, cells)
+            values = self._values(header, column, cells.value)
+        if cells.without_unit:
+            problem = f"has no unit, and neither have {cells.without_unit:,} of its cells"
+            quantity = mark.quantity
+            units = ", ".join(known_units(quantity.dimension))
+            hint = f'write "{header.name} ({quantity.shown_in})"; units: {units}'
+            self._refuse_header(header, problem, hint)
         self._note_slips(header, column, values, cells)
         dimensions = cells.readings
         if len(dimensions) > 1:
             self._refuse_header(header, "mixes tensions and torques, expected one of both", None)
         return values, next(iter(sorted(dimensions)), "")
 
-    def _values(self, header: Heading, column: Sequence[Any], cells: _ColumnCells) -> Array:
-        """Return the values of the cells of a column in SI; NaN for an empty or a faulty one."""
+    def _values(
+        self, header: Heading, column: Sequence[Any], read: Callable[[Any], float]
+    ) -> Array:
+        """Return the values of the cells of a column; NaN for an empty or a faulty one."""
         values = np.full(len(column), np.nan)
         wrong = []
-        without_unit = 0
         for row, cell in enumerate(column):
             if _is_empty(cell):
                 continue
             try:
-                values[row] = cells.value(cell)
-            except _NoUnitError:
-                without_unit += 1
+                values[row] = read(cell)
             except PydanticCustomError as error:
                 context = error.context or {}
                 place = self._cell_place(row, header)
                 wrong.append(Fault(place, context["problem"], context["hint"]))
-        if without_unit:
-            problem = f"has no unit, and neither have {without_unit:,} of its cells"
-            quantity = cells.mark.quantity
-            units = ", ".join(known_units(quantity.dimension))
-            hint = f'write "{header.name} ({quantity.shown_in})"; units: {units}'
-            self._refuse_header(header, problem, hint)
         self._list(wrong, header.header)
         return values
 
@@ -434,7 +428,7 @@ class RowReader:
             place = self._cell_place(row, header)
             where = place if self._is_of_cases else self.where
             place = place.removeprefix(where).lstrip("., ")
-            self.slips[where] = self.slips.get(where, ()) + mark.slips((place, written, measure))
+            self.slips.setdefault(where, []).extend(mark.slips((place, written, measure)))
 
     def _carried(self, header: Heading, column: Sequence[Any]) -> CarriedColumn:
         """Return a column that sets nothing: of numbers if every cell is one, else of text."""
@@ -489,10 +483,6 @@ class RowReader:
             self.faults.append(Fault(f"{self.where}, {column}", f"and {cells} at fault"))
 
 
-class _NoUnitError(Exception):
-    """A cell is a number of which neither the cell nor the header says the unit."""
-
-
 @dataclass
 class _ColumnCells:
     """Numbers of one column, exact in the unit of its header or in their own."""
@@ -505,11 +495,14 @@ class _ColumnCells:
     """True if a number without a unit is not taken as SI."""
     readings: set[str] = field(default_factory=set)
     """Dimensions in which readings of a gauge are stated."""
+    without_unit: int = 0
+    """Number of cells of which neither they nor the header say the unit."""
 
     def __post_init__(self) -> None:
         self._known: dict[Any, float] = {}
         self._shift = None if self.unit is None else _power_of_ten(self.unit.factor)
-        self._has_unit = self.mark.quantity.dimension != "number"
+        has_unit = self.mark.quantity.dimension != "number"
+        self._needs_unit = self.are_texts and self.unit is None and has_unit
         if self.unit is not None:
             self._note_reading(self.unit.dimension)
 
@@ -523,15 +516,17 @@ class _ColumnCells:
         return values if is_possible.all() else None
 
     def value(self, cell: Any) -> float:
-        """Return the value of a cell in SI.
+        """Return the value of a cell in SI; NaN if nothing says its unit.
 
         Raises:
             PydanticCustomError: The cell holds no number of this dimension.
-            _NoUnitError: Nothing says its unit.
         """
         if isinstance(cell, bool) or not isinstance(cell, str | int | float):
             number = SingleField.read(self.mark, cell)  # a fault, and nothing to look up
             return math.nan if number is None else number.single
+        if self._needs_unit and _number_text(cell) is not None:
+            self.without_unit += 1
+            return math.nan
         known = self._known.get(cell)
         if known is None:
             known = self._read(cell)
@@ -552,8 +547,6 @@ class _ColumnCells:
         text = _number_text(cell)
         if text is not None and self.unit is not None:
             return Measure(text, self.unit)
-        if text is not None and self._has_unit and self.are_texts:
-            raise _NoUnitError
         if isinstance(cell, str) and len(parts_of_text(cell)) > 1:
             problem = f"{described(cell)} is not one number, expected {self.mark.wanted}"
             hint = "a row sets exact numbers; ranges and distributions belong to a sample"
