@@ -280,7 +280,8 @@ class RowReader:
         if "." in header.name or header.name in meant or self._is_of_cases:
             problem, hint = self._unknown_key(header, meant.get(header.name))
         elif not header.column:
-            problem, hint = "has neither letters nor digits", "give it a name"
+            problem = "has neither letters nor digits"
+            hint = "give it a name"
         elif own in known_columns():
             problem = f"would be the column {own}, which tables have"
             hint = "rename the column"
