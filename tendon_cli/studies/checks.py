@@ -36,6 +36,7 @@ from tendon_cli.studies.figures import figure_faults
 from tendon_cli.studies.fit_section import BACKLASH
 from tendon_cli.studies.magnitude import slip_faults
 from tendon_cli.studies.measured_motion import short_record, trajectory_fault
+from tendon_cli.studies.parts import FILES_OF_SHEATH
 from tendon_cli.studies.row_table import RowTable
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.toml_reading import KeyPlaces
@@ -64,8 +65,6 @@ WHOSE_ANCHORS = (
     'anchors = "mean man": those of the survey\'s mean man, scaled to each person'
 )
 """The two answers to the question whose the stated anchors are."""
-_FILES_OF_SHEATH = (("friction", "friction_from"), ("bend_angle", "path"))
-"""Numbers of a sheath, each with the key of a file that also gives it."""
 
 
 def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
@@ -166,7 +165,7 @@ def implausible_faults(study: Study, files: Collection[str] = ()) -> Iterator[Fa
 def _key_of_file(key: str, files: Collection[str]) -> str:
     """Return the key that names the file from which a number was read, if there is one."""
     table, _, name = key.rpartition(".")
-    for number, file in _FILES_OF_SHEATH:
+    for number, file in FILES_OF_SHEATH.items():
         if name == number and f"{table}.{file}" in files:
             return f"{table}.{file}"
     return key
@@ -226,7 +225,7 @@ def sheath_faults(table: str, sheath: Any, at_fault: Collection[str] = ()) -> It
         sheath: The table, of both sides or of one.
         at_fault: Dotted keys that were left out of it.
     """
-    for number, file in _FILES_OF_SHEATH:
+    for number, file in FILES_OF_SHEATH.items():
         if number in sheath.model_fields_set and getattr(sheath, file) is not None:
             problem = f"cannot be given with {file}, which also gives it"
             yield Fault(f"{table}.{number}", problem, _LEAVE_ONE_OUT)
