@@ -18,6 +18,7 @@ from tendon_cli.registry import TaskKind, by_name, kinds, load
 from tendon_cli.say.display import Displayed
 from tendon_cli.studies.checks import without_intervals
 from tendon_cli.studies.fields import hint_at_nearest
+from tendon_cli.studies.figures import WIDTHS
 from tendon_cli.studies.load import AnyStudy, any_study
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import TableInMemory
@@ -395,7 +396,7 @@ def page_of_comparison(comparison: Comparison, what: tuple[str, ...], how: dict[
     return _picture_of_comparison(comparison, comparison.title)
 
 
-def _picture_of_comparison(comparison: Comparison, title: str) -> Page:
+def _picture_of_comparison(comparison: Comparison, title: str, **size: Any) -> Page:
     """Draw the windows or the margins of a comparison; an empty title leaves no room for one."""
     from tendon_cli.checks.compare_runs import pair_of_designs
     from tendon_cli.figures.side_by_side import margins_page, windows_page
@@ -405,10 +406,10 @@ def _picture_of_comparison(comparison: Comparison, title: str) -> Page:
     runs = [result for result in comparison.results if isinstance(result, Run)]
     if runs:
         before, now = pair_of_designs((runs[0], runs[1])).both("margin")
-        return margins_page(before, now, (first.label, second.label), title, study)
+        return margins_page(before, now, (first.label, second.label), title, study, **size)
     read = say.setting_words(comparison.results[0].record["question"]["read"])
     rows = [*_window_rows(comparison)]
-    return windows_page(rows, title, "".join(read), first.unit, study)
+    return windows_page(rows, title, "".join(read), first.unit, study, **size)
 
 
 def _window_rows(comparison: Comparison) -> Iterator[WindowRow]:
@@ -452,16 +453,18 @@ def write_comparison(comparison: Comparison, out: FileName, *, overwrite: bool =
     from tendon_cli.reports.text_page import Picture, write_text_page
 
     pictures = []
+    size = {"width": WIDTHS["column"]}  # a phone shows it whole
     try:
-        pictures.append(Picture("On one scale", _picture_of_comparison(comparison, "").png()))
+        page = _picture_of_comparison(comparison, "", **size)
+        pictures.append(Picture("On one scale", page.png()))
     except UsageError as error:
         pictures.append(Picture(f"No figure: {error.message}", b""))
     answers = [result for result in comparison.results if not isinstance(result, Run)]
     cubes = [choices_of(TableInMemory(one.table("choices")), one.study) for one in answers]
-    pages = maps_on_one_scale(cubes, [one.record for one in answers])
-    for side, page in zip(comparison.sides, pages, strict=False):
-        if page is not None:
-            pictures.append(Picture(f"{side.label}: map of the choices", page.png()))
+    pages = maps_on_one_scale(cubes, [one.record for one in answers], **size)
+    for side, of_answer in zip(comparison.sides, pages, strict=False):
+        if of_answer is not None:
+            pictures.append(Picture(f"{side.label}: map of the choices", of_answer.png()))
     subtitle = " ".join(verdict_words(comparison.pairs))
     joint = say.joint_name(comparison.results[0].record)
     blocks = comparison.blocks

@@ -93,7 +93,7 @@ CASES = (
         "a case named twice",
         "[[cases]]\nname = 'a'\n[[cases]]\nname = 'a'\n",
         "cases.1.name",
-        "two cases",
+        "two rows",
         line=4,
     ),
     toml(
@@ -120,7 +120,7 @@ CASES = (
         "a case with a reading",
         "[[cases]]\nname = 'a'\nsetting.read = 'x'\n",
         "setting.read",
-        "same for all cases",
+        "same for all rows",
     ),
     toml(
         "a case with a motion",
@@ -162,7 +162,11 @@ CASES = (
     ),
     toml("one table of cases", "[cases]\nname = 'a'\n", "cases", "[[cases]]"),
     yaml(
-        "a case without a name", "cases:\n  - arm: {b1: 0.1}\n", "cases.0.name", "missing", line=2
+        "a case without a name",
+        "cases:\n  - arm: {b1: 0.1}\n",
+        "cases.0.name",
+        "missing",
+        line=2,
     ),
 )
 
