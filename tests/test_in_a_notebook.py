@@ -214,6 +214,8 @@ def test_the_best_is_one_row_and_the_best_by_goal_a_table(goals):
         answer.best["pretension_from"] <= answer.best["pretension"] <= answer.best["pretension_to"]
     )
     assert (answer.best_by["feasible"]).all()
+    assert answer.best_by.attrs == answer.choices.attrs
+    assert answer.best_by.attrs["units"]["pretension"] == "N"
     assert {"pretension"} <= set(answer.best_by.index)
 
 

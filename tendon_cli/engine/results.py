@@ -241,8 +241,14 @@ def to_pandas(table: pa.Table) -> pd.DataFrame:
 def framed(table: pa.Table) -> pd.DataFrame:
     """Return a table as pandas has it, with its units in `attrs`."""
     frame = to_pandas(table)
-    frame.attrs = json.loads(table.schema.metadata[b"PANDAS_ATTRS"])
+    frame.attrs = attributes_of(table.schema)
     return frame
+
+
+def attributes_of(schema: pa.Schema) -> dict[str, Any]:
+    """Return the `attrs` of a frame: units and meanings by column, and the hash of the study."""
+    attributes: dict[str, Any] = json.loads(schema.metadata[b"PANDAS_ATTRS"])
+    return attributes
 
 
 def _condition(key: str) -> str:
