@@ -245,10 +245,9 @@ def framed(table: pa.Table) -> pd.DataFrame:
     return frame
 
 
-def attributes_of(schema: pa.Schema) -> dict[str, Any]:
+def attributes_of(schema: pa.Schema) -> Any:
     """Return the `attrs` of a frame: units and meanings by column, and the hash of the study."""
-    attributes: dict[str, Any] = json.loads(schema.metadata[b"PANDAS_ATTRS"])
-    return attributes
+    return json.loads(schema.metadata[b"PANDAS_ATTRS"])
 
 
 def _condition(key: str) -> str:
