@@ -17,9 +17,9 @@ from pathlib import Path
 
 from benchmarks.fused import OPTIONS, Fused
 from benchmarks.measure import Took, in_threads, interleaved
+from tendon_cli.commands.startup import keep_freed_memory
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.sweep import Sweep
-from tendon_cli.startup import keep_freed_memory
 from tendon_cli.studies.load import load_study
 from tendon_cli.tables.write import Filler
 

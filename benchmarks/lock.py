@@ -23,10 +23,10 @@ from typing import Any
 import pyarrow.parquet as pq
 
 from tendon_cli import kernel
+from tendon_cli.commands.startup import keep_freed_memory
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.engine.task import PartMaker
-from tendon_cli.startup import keep_freed_memory
 from tendon_cli.studies.load import load_study
 from tendon_cli.tables import digest, write
 

@@ -12,7 +12,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from tendon_cli import arms
     from tendon_cli.checks.check import check
     from tendon_cli.checks.comparison import compare_results as compare
     from tendon_cli.engine.states import states
@@ -33,6 +32,7 @@ if TYPE_CHECKING:
     from tendon_cli.fits.suit.suit_fitting import fit_suit
     from tendon_cli.reports.report import write_report as report
     from tendon_cli.state_page.page import state_page as state
+    from tendon_cli.studies import arms
     from tendon_cli.studies.load import any_study as study
 
 _MODULE_OF = {
@@ -91,7 +91,7 @@ def __getattr__(name: str) -> "Any":
     from importlib import import_module
 
     if name == "arms":
-        return import_module(f"{__name__}.arms")
+        return import_module(f"{__name__}.studies.arms")
     module_name, _, attribute = _MODULE_OF.get(name, f"errors.{name}").rpartition(".")
     found = getattr(import_module(f"{__name__}.{module_name}"), attribute)
     if name in _MODULE_OF:

@@ -10,7 +10,7 @@ import sys
 
 def main() -> None:
     """Run `tendon`; from here on a signal ends it without a traceback."""
-    from tendon_cli.startup import quit_on_signals, spare_time
+    from tendon_cli.commands.startup import quit_on_signals, spare_time
 
     quit_on_signals()
     spare_time()

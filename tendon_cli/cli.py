@@ -17,6 +17,7 @@ from tendon_cli.commands.fit_friction import fit_friction
 from tendon_cli.commands.fit_suit import fit_suit
 from tendon_cli.commands.options import STUDY, hint_at_study
 from tendon_cli.commands.read_results import check, compare, export, plot, report, show
+from tendon_cli.commands.startup import end_on_signals, exit_code
 from tendon_cli.commands.studies import init, state
 from tendon_cli.errors import (
     MemoryShortError,
@@ -26,7 +27,6 @@ from tendon_cli.errors import (
     is_memory_short,
 )
 from tendon_cli.registry import kinds
-from tendon_cli.startup import end_on_signals, exit_code
 from tendon_cli.terminal import (
     as_output_error,
     flush_results,

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from tendon_cli import say
 from tendon_cli.call_options import check_options
-from tendon_cli.display import Displayed
 from tendon_cli.engine.results import Result, Run, open_result
 from tendon_cli.engine.run import Draw, RunOptions, run_task
 from tendon_cli.errors import UsageError
 from tendon_cli.files import result_path
 from tendon_cli.registry import TaskKind, by_name, kinds, load
+from tendon_cli.say.display import Displayed
 from tendon_cli.studies.checks import without_intervals
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.figures import WIDTHS

@@ -16,12 +16,10 @@ GROUND = {
     "answer_record",
     "call_options",
     "errors",
-    "figure_marks",
     "files",
     "quantities",
     "readers",
     "say",
-    "display",
     "registry",
     "typed_record",
     "units",
@@ -37,18 +35,15 @@ MAY_IMPORT = {
     "typed_record": set(),
     "answer_record": {"typed_record"},
     "errors": set(),
-    "startup": {"errors"},
     "terminal": {"errors"},
-    "figure_marks": set(),
     "files": {"errors", "units"},
     "call_options": {"errors", "units"},
     "quantities": {"units"},
     "readers": {"errors", "files", "units"},
-    "display": {"errors", "registry"},
     "registry": set(),
     "units": set(),
     "model": {"quantities", "units", "errors"},
-    "say": {"answer_record", "model", "quantities", "typed_record", "units"},
+    "say": {"answer_record", "errors", "model", "quantities", "registry", "typed_record", "units"},
     "tables": GROUND,
     "studies": {"space", "model", *GROUND},
     "cube": {"engine", *BELOW_THE_ROOMS},
@@ -64,13 +59,12 @@ MAY_IMPORT = {
     "checks": {"answers", "cube", *ROOMS, *BELOW_THE_ROOMS},
     "reports": {"cube", *ROOMS, *BELOW_THE_ROOMS},
     "state_page": {"figures", "engine", *BELOW_THE_ROOMS},
-    "arms": {"studies", "say"},
 }
-MAY_IMPORT["face"] = {name for name in MAY_IMPORT if name not in ("startup", "terminal")}
-MAY_IMPORT[THE_FACE] = set(MAY_IMPORT) - {"startup", "terminal"}
+MAY_IMPORT["face"] = {name for name in MAY_IMPORT if name != "terminal"}
+MAY_IMPORT[THE_FACE] = set(MAY_IMPORT) - {"terminal"}
 MAY_IMPORT["commands"] = set(MAY_IMPORT)
-MAY_IMPORT["cli"] = {"commands", "files", "registry", "terminal", "startup", "errors", "version"}
-MAY_IMPORT["__main__"] = {"cli", "startup"}
+MAY_IMPORT["cli"] = {"commands", "files", "registry", "terminal", "errors", "version"}
+MAY_IMPORT["__main__"] = {"cli", "commands"}
 
 
 def name_of(path):

@@ -140,10 +140,10 @@ def test_a_count_of_jobs_is_one(jobs):
 def test_every_result_has_a_short_repr_a_text_a_record_and_a_picture(results, name):
     result = results[name]
     assert len(repr(result).splitlines()) <= 15
-    if name != "answer":  # which is shown in short
+    if name != "answer":  # which is shown and printed in short
         assert result.text.startswith(repr(result).splitlines()[0])
     assert "<" not in repr(result)
-    assert str(result) == result.text
+    assert str(result) == (result.short if name == "answer" else result.text)
     assert isinstance(result.record, dict)
     page = result._repr_html_()
     encoded = re.search(r"data:image/png;base64,([^\"]+)", page)
@@ -214,6 +214,8 @@ def test_the_best_is_one_row_and_the_best_by_goal_a_table(goals):
         answer.best["pretension_from"] <= answer.best["pretension"] <= answer.best["pretension_to"]
     )
     assert (answer.best_by["feasible"]).all()
+    assert answer.best_by.attrs == answer.choices.attrs
+    assert answer.best_by.attrs["units"]["pretension"] == "N"
     assert {"pretension"} <= set(answer.best_by.index)
 
 

@@ -12,7 +12,14 @@ import numpy as np
 
 from tendon_cli.answer_record import AnswerRecord, as_answer, holds, value_of
 from tendon_cli.answers.text import short_text
-from tendon_cli.engine.results import Result, along_own_axes, framed, variables_of, xarray_library
+from tendon_cli.engine.results import (
+    Result,
+    along_own_axes,
+    attributes_of,
+    framed,
+    variables_of,
+    xarray_library,
+)
 from tendon_cli.registry import load
 from tendon_cli.windows.question import Goal
 
@@ -86,6 +93,9 @@ class Answer(Result):
                 rows[goal.column] = candidates[int(np.argmax(goal.score(values)))]
         flat_rows = {column: flat(row) for column, row in rows.items()}
         table = pd.DataFrame.from_dict(flat_rows, orient="index")
+        in_memory = self.tables.get("choices")
+        choices = self.kept("choices") if in_memory is None else in_memory
+        table.attrs = attributes_of(choices.schema)
         return table.drop(columns=["from_under", "to_under"], errors="ignore")
 
     @property

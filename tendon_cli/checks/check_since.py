@@ -40,7 +40,7 @@ _OF_ANSWER = (
 def check_since(
     baseline: Result, result: Result, tolerance: float, apart: Sequence[str], worst: int
 ) -> CheckResult:
-    """Find what changed since a baseline of the same kind.
+    """Find what changed since a baseline of the same kind, the study included.
 
     Args:
         baseline: The baseline.
@@ -48,8 +48,6 @@ def check_since(
         tolerance: Share of a column's scale by which numbers may differ.
         apart: Keys in which the studies may differ.
         worst: Number of persons, draws or designs that are listed.
-
-    A key in which the studies differ is a change, too.
 
     Raises:
         InputError: The baseline is of another kind.

@@ -224,9 +224,9 @@ def _numbers(pair: Pair, paired: PairedShares | None) -> Iterator[Number]:
         for one in pair
     ]
     if any(choices):
-        yield _number("choice", "choice", None, *choices)
+        yield _number("choice", "choice", None, choices[0], choices[1])
     does = [one.choice is not None and one.choice.feasible for one in pair]
-    yield _number("feasible", "keeps the limits for as many as asked", None, *does)
+    yield _number("feasible", "keeps the limits for as many as asked", None, does[0], does[1])
     where = first.axes if first.axes == second.axes else {}
     reads = sorted({one.record.question.read for one in pair})
     labels = dict(LABELS)

@@ -11,12 +11,12 @@ from typing import Any, ClassVar
 from tendon_cli import say
 from tendon_cli.checks.comparison_record import Compared, ComparedResult, Value
 from tendon_cli.checks.comparison_text import comparison_blocks, comparison_markdown, verdict_words
-from tendon_cli.display import Displayed
 from tendon_cli.engine.results import AnyResult, Result, open_result
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import result_path
 from tendon_cli.registry import load
 from tendon_cli.say import Block
+from tendon_cli.say.display import Displayed
 from tendon_cli.studies.study_differences import (
     CHANGES_NOTHING,
     Difference,

@@ -39,9 +39,16 @@ class ComparedResult:
     def of(cls, result: Result, label: str, sentence: str, unit: str) -> ComparedResult:
         """Return a result of a comparison, with what its texts say of it."""
         record = result.record
-        about = [record[name] for name in ("name", "title", "verb", "study_hash")]
-        folder = None if result.folder is None else str(result.folder)
-        return cls(label, folder, *about, sentence, unit)
+        return cls(
+            label=label,
+            folder=None if result.folder is None else str(result.folder),
+            name=record["name"],
+            title=record["title"],
+            verb=record["verb"],
+            study_hash=record["study_hash"],
+            sentence=sentence,
+            unit=unit,
+        )
 
     @property
     def place(self) -> str:

@@ -13,9 +13,9 @@ import typer
 
 import tendon_cli as tendon
 from tendon_cli.commands import options
+from tendon_cli.commands.startup import keep_freed_memory, stopped_by_signals
 from tendon_cli.errors import EXIT_NEGATIVE, UsageError
 from tendon_cli.registry import TaskKind
-from tendon_cli.startup import keep_freed_memory, stopped_by_signals
 from tendon_cli.terminal import can_ask, is_confirmed, print_note, print_result, progress
 
 if TYPE_CHECKING:

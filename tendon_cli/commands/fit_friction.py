@@ -146,8 +146,7 @@ def _check_outputs(
         strokes: Table of strokes to write.
         overwrite: True to replace files that tendon did not write.
     """
-    from tendon_cli.figure_marks import is_figure
-    from tendon_cli.files import check_output
+    from tendon_cli.files import check_output, is_figure
     from tendon_cli.fits.friction.fit_report import is_fragment, is_strokes
 
     outputs = [

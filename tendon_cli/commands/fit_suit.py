@@ -39,8 +39,7 @@ def fit_suit(
 ) -> None:
     """Fit a suit's friction, pretension and stiffnesses to logs of its own motor and joint."""
     import tendon_cli as tendon
-    from tendon_cli.figure_marks import is_figure
-    from tendon_cli.files import check_output
+    from tendon_cli.files import check_output, is_figure
     from tendon_cli.fits.suit.fragment import (
         is_suit_fragment,
         next_command,

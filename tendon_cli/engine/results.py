@@ -16,7 +16,6 @@ import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.answer_record import ChecksRecord
-from tendon_cli.display import Displayed
 from tendon_cli.engine.folder import look
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.records import damaged_files
@@ -26,6 +25,7 @@ from tendon_cli.errors import FolderError, InputError, UsageError, install_hint
 from tendon_cli.files import STUDIES, kind_of_file, result_path
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.registry import TaskKind, by_name, kind_of, kinds, load, record_names
+from tendon_cli.say.display import Displayed
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.tables.read import TableFiles, check_version, open_table
@@ -241,8 +241,13 @@ def to_pandas(table: pa.Table) -> pd.DataFrame:
 def framed(table: pa.Table) -> pd.DataFrame:
     """Return a table as pandas has it, with its units in `attrs`."""
     frame = to_pandas(table)
-    frame.attrs = json.loads(table.schema.metadata[b"PANDAS_ATTRS"])
+    frame.attrs = attributes_of(table.schema)
     return frame
+
+
+def attributes_of(schema: pa.Schema) -> Any:
+    """Return the `attrs` of a frame: units and meanings by column, and the hash of the study."""
+    return json.loads(schema.metadata[b"PANDAS_ATTRS"])
 
 
 def _condition(key: str) -> str:

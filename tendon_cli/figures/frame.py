@@ -19,7 +19,6 @@ from typing import Any
 from tendon_cli import say
 from tendon_cli.cube.labels import plain, with_symbols, without_formulas
 from tendon_cli.errors import UsageError
-from tendon_cli.figure_marks import is_figure
 from tendon_cli.figures.backend import (
     ConstrainedLayoutEngine,
     Figure,
@@ -30,7 +29,7 @@ from tendon_cli.figures.backend import (
     text_to_path,
 )
 from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, named, preview, render
-from tendon_cli.files import check_output, result_path, write_output
+from tendon_cli.files import check_output, is_figure, result_path, write_output
 from tendon_cli.studies.study import Study
 from tendon_cli.typed_record import Record
 

@@ -26,7 +26,7 @@ _LINE = "#1a1a1a"
 _HEIGHT = 205.0
 """Height of the panels, mm."""
 MARK = "tendon fit-friction"
-"""Mark in the metadata of a figure, which `is_figure` of `figure_marks.py` looks for."""
+"""Mark in the metadata of a figure, which `is_figure` of `files.py` looks for."""
 _MOST_POINTS = 20_000
 """Readings of a log are thinned out to about this number."""
 _STROKE_POINTS = 60

@@ -26,7 +26,7 @@ _HEIGHT_OF_CHANNEL = 72.0
 """Height of the panels of one channel, mm."""
 _MOST_WARNINGS = 2
 MARK = "tendon fit-suit"
-"""Mark in the metadata of a figure, which `is_figure` of `figure_marks.py` looks for."""
+"""Mark in the metadata of a figure, which `is_figure` of `files.py` looks for."""
 
 
 def suit_fit_page(fit: Any) -> Page:

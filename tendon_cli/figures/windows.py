@@ -597,7 +597,7 @@ def _end_of_window(
     """
     value = drawn.window[("from", "to").index(end)]
     if not np.isfinite(value):
-        return f"no upper end", None, value
+        return "no upper end", None, value
     text = f"{end} {say.number(value)} {unit}"
     stated = chosen[f"{end}_{drawn.place}"]
     if stated is None:

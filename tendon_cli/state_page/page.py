@@ -15,13 +15,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.display import Displayed
 from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.errors import UsageError
 from tendon_cli.files import result_path
 from tendon_cli.model.actuator import State
 from tendon_cli.model.statics import NO_EQUILIBRIUM, STATUS_NAMES
 from tendon_cli.quantities import QUANTITIES
+from tendon_cli.say.display import Displayed
 from tendon_cli.space.axis import CASE_AXIS, PRETENSION, READING_ERROR, NamedAxis
 from tendon_cli.state_page.lines import (
     PageLine,

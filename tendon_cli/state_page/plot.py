@@ -368,7 +368,7 @@ def _draw_turn(
         degrees = np.degrees(end)
         axes.plot([degrees], [torque_there], "o", color=INK, markersize=4.0, gid="mark")
         axes.annotate(
-            f"{side}, {degrees:.2f}°",
+            f"{side}, {say.number(degrees, 3)}°",
             (degrees, torque_there),
             xytext=(4, -4 if place else 4),
             textcoords="offset points",

@@ -13,10 +13,10 @@ import numpy.typing as npt
 from pydantic import PrivateAttr
 
 from tendon_cli import say
-from tendon_cli.display import Displayed
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.quantities import SIDES
 from tendon_cli.registry import load
+from tendon_cli.say.display import Displayed
 from tendon_cli.space.axis import (
     CASE_AXIS,
     DRAW_AXIS,

@@ -72,7 +72,7 @@ def test_a_signal_while_modules_are_read_ends_quietly(outside, study, module, nu
 
 COUNTED_LIBRARY = """
 import os, sys
-from tendon_cli.startup import spare_time
+from tendon_cli.commands.startup import spare_time
 spare_time()  # else NumPy starts threads, too
 import pandas, xarray, pyarrow.compute, pyarrow.parquet
 
@@ -90,7 +90,7 @@ print(threads() - before, file=sys.stderr)
 """
 COUNTED = """
 import json, os, sys
-from tendon_cli.startup import spare_time
+from tendon_cli.commands.startup import spare_time
 spare_time()  # else NumPy starts threads, too
 import pyarrow.compute, pyarrow.csv, pyarrow.parquet
 import matplotlib.figure, pandas, scipy.optimize, scipy.stats, tendon_cli.studies.load

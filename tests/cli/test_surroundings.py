@@ -60,7 +60,7 @@ def test_what_is_said_of_a_run_needs_no_library_that_draws(outside, tendon, writ
 
 SHOW_VARIABLES = f"""
 import os
-from tendon_cli.startup import spare_time
+from tendon_cli.commands.startup import spare_time
 
 spare_time()
 print(*map(os.getenv, {list(QUICK_START)}))

@@ -1,7 +1,7 @@
 """Every figure in the folder of an answer says which study it is of."""
 
 import tendon_cli as tendon
-from tendon_cli.figure_marks import study_hash_in
+from tendon_cli.files import study_hash_in
 
 QUESTION = {
     "spring": {"stiffness": ["3 kN/m", "5 kN/m"]},

@@ -39,7 +39,7 @@ LEFT_OUT = ("version.py", "__main__.py")
 ROOMS = {
     "model": ("model", "kernel", "sweep"),
     "kernel": ("kernel", "sweep"),
-    "studies": ("study", "rows", "people"),
+    "studies": ("study", "rows", "people", "test_face.py"),
     "space": ("sweep", "people"),
     "engine": ("sweep", "tables", "cluster"),
     "tables": ("tables", "sweep"),
@@ -52,16 +52,14 @@ ROOMS = {
     "checks": ("check",),
     "reports": ("report",),
     "state_page": ("cli/test_state_numbers.py", "cli/test_motor_page.py", "people"),
-    "say": ("test_say.py", "design"),
+    "say": ("test_say.py", "test_in_a_notebook.py", "design"),
     "exports": ("exports",),
     "fits": ("friction", "suit_fit"),
     "face.py": ("test_face.py", "test_in_a_notebook.py"),
-    "display.py": ("test_in_a_notebook.py", "test_face.py"),
     "registry.py": ("test_registry.py",),
     "files.py": ("test_files.py", "tables"),
     "units.py": ("test_units.py", "study"),
     "quantities.py": ("study", "figures"),
-    "arms.py": ("test_face.py", "design"),
 }
 """Tests of a room, which come first; else those of its name, or those of the command line."""
 ALLOWED = 0.03

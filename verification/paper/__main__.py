@@ -3,8 +3,8 @@
 import sys
 from pathlib import Path
 
+from tendon_cli.commands.startup import stopped_by_signals
 from tendon_cli.errors import EXIT_NEGATIVE, TendonError
-from tendon_cli.startup import stopped_by_signals
 from tendon_cli.terminal import print_error, print_result, progress
 from verification.paper.reproduce import reproduce
 

@@ -10,11 +10,11 @@ import numpy as np
 import pandas as pd
 
 from tendon_cli import say
-from tendon_cli.display import Displayed
 from tendon_cli.fits.friction.budget import BEND, ZEROS, FrictionUncertainty
 from tendon_cli.fits.friction.rig import BendAngle
 from tendon_cli.fits.friction.strokes import Presliding, Speed
 from tendon_cli.fits.friction.usable_rows import REASONS, USED
+from tendon_cli.say.display import Displayed
 from tendon_cli.units import counted, shorten
 
 DOUBT = "do not use this number"

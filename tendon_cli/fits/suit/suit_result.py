@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from tendon_cli import say
-from tendon_cli.display import Displayed
 from tendon_cli.fits.suit.fitted_numbers import Combination, FittedNumber
 from tendon_cli.fits.suit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE
 from tendon_cli.fits.suit.parameters import GEAR_EFFICIENCY, unit_of
@@ -16,6 +15,7 @@ from tendon_cli.fits.suit.prediction import ChannelMisfit
 from tendon_cli.fits.suit.row_selection import Selection
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate
 from tendon_cli.fits.suit.suit_window import Doubt, FittedWindow
+from tendon_cli.say.display import Displayed
 
 _WIDTH = 100
 _UNUSUAL = 1.0
