@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 from os import PathLike
 from pathlib import Path
 from threading import Event
-from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict, Unpack, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from tendon_cli import say
-from tendon_cli.call_options import check_options, check_types
+from tendon_cli.call_options import check_options
 from tendon_cli.display import Displayed
 from tendon_cli.engine.results import Result, Run, open_result
 from tendon_cli.engine.run import Draw, RunOptions, run_task
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from tendon_cli.answers.answer import Answer
     from tendon_cli.checks.comparison import Comparison
     from tendon_cli.engine.cost import Estimate
-    from tendon_cli.engine.task import Task
     from tendon_cli.figures.backend import Figure
     from tendon_cli.figures.frame import Page
     from tendon_cli.figures.side_by_side import WindowRow
@@ -39,35 +38,17 @@ if TYPE_CHECKING:
 FileName: TypeAlias = str | PathLike[str]
 
 
-class Options(TypedDict, total=False):
-    """Further keyword arguments of `sweep` and `design`."""
-
-    resume: bool
-    """True to finish an unfinished run, or to make damaged files of a finished one again."""
-    overwrite: bool
-    """True to replace the run in the folder."""
-    scheduler: str | None
-    """Address of a Dask cluster."""
-    progress: Callable[[int, int], None]
-    """Function that is called with the numbers of finished and of all parts."""
-    proving: Callable[[int, int], None]
-    """Function that is called with the numbers of cells examined and of most cells in a proof."""
-    confirm: Callable[[Task], None]
-    """Function that is called with the task before a run is begun, and may raise an error."""
-    stop: Event | None
-    """Event that ends the run cleanly when it is set."""
-
-
-_ARGUMENTS = ("study", "out", "jobs", "figures")
-"""Arguments of `sweep` and `design` before their options."""
-
-
 def sweep(
     study: AnyStudy,
     out: FileName | None = None,
     jobs: int | None = None,
     figures: bool = False,
-    **options: Unpack[Options],
+    *,
+    resume: bool = False,
+    overwrite: bool = False,
+    scheduler: str | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    stop: Event | None = None,
 ) -> Run:
     """Run a study into a folder, or in memory.
 
@@ -80,7 +61,11 @@ def sweep(
         jobs: Parts that are computed at once, by default one for each core.
         figures: True to draw the figures. A declared figure that can have nothing to draw is
             an error before anything is computed; any other that cannot be drawn is a warning.
-        options: See `Options`.
+        resume: True to finish an unfinished run, or to make damaged files of a finished one again.
+        overwrite: True to replace the run in the folder.
+        scheduler: Address of a Dask cluster.
+        progress: Function that is called with the numbers of finished and of all parts.
+        stop: Event that ends the run cleanly when it is set.
 
     Raises:
         TendonError: The study cannot be run, or its tables cannot be written.
@@ -94,7 +79,19 @@ def sweep(
     >>> run.designs.attrs["units"]["required_pretension"]
     'N'
     """
-    return cast(Run, compute("sweep", study, out, jobs, figures, **options))
+    run = compute(
+        "sweep",
+        study,
+        out,
+        jobs,
+        figures,
+        resume=resume,
+        overwrite=overwrite,
+        scheduler=scheduler,
+        progress=progress,
+        stop=stop,
+    )
+    return cast(Run, run)
 
 
 def design(
@@ -102,7 +99,12 @@ def design(
     out: FileName | None = None,
     jobs: int | None = None,
     figures: bool = False,
-    **options: Unpack[Options],
+    *,
+    resume: bool = False,
+    overwrite: bool = False,
+    scheduler: str | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    stop: Event | None = None,
 ) -> Answer:
     """Answer the design question of a study into a folder, or in memory.
 
@@ -121,7 +123,19 @@ def design(
        pretension_from  pretension_to         from_by                to_by
     0            122.1          173.9  extensor slack  min_elbow_stiffness
     """
-    return cast("Answer", compute("design", study, out, jobs, figures, **options))
+    answer = compute(
+        "design",
+        study,
+        out,
+        jobs,
+        figures,
+        resume=resume,
+        overwrite=overwrite,
+        scheduler=scheduler,
+        progress=progress,
+        stop=stop,
+    )
+    return cast("Answer", answer)
 
 
 def compute(
@@ -130,24 +144,23 @@ def compute(
     out: FileName | None = None,
     jobs: int | None = None,
     figures: bool = False,
-    **options: Unpack[Options],
+    **options: Any,
 ) -> Result:
     """Run the task of a verb into a folder, or in memory; `sweep` and `design` call this.
 
-    Arguments are those of `sweep`.
+    Arguments are those of `sweep`, and others of `RunOptions`; None is none.
 
     Raises:
         TendonError: The task cannot be run, or its result cannot be written.
     """
     kind = kinds()[verb]
-    check_options(verb, options, (*_ARGUMENTS, *Options.__annotations__))
-    check_types(verb, options, Options.__annotations__)
     if out is None and figures:
         hint = f"name one: {verb}(study, out, figures=True)"
         raise UsageError("figures are drawn into a folder", hint=hint)
     folder = None if out is None else result_path(out)
     draw = _drawer(kind) if figures and kind.draw else None
-    how = RunOptions(jobs=_checked_jobs(jobs), draw=draw, **options)
+    given = {name: value for name, value in options.items() if value is not None}
+    how = RunOptions(jobs=_checked_jobs(jobs), draw=draw, **given)
     validated = any_study(study)
     if figures:
         _check_figures(kind, validated)
