@@ -161,16 +161,21 @@ def answer_pages(name: str, cube: Cube, record: Mapping[str, Any], **how: Any) -
         record: Record of the answer.
         **how: Further arguments of the figure's function.
     """
-    stated = as_answer(record)
-    answer = as_read(stated)
+    cube, answer = _as_gauges_show(cube, record)
     chosen = named_first(answer)
     if chosen is None:
         return []
-    if stated.question.shows_own_f0:
-        cube = CubeAsRead.of(cube)
     with house_style(say.joint_name(record)):
         pages = FIGURES[name](cube, answer, chosen, **how)
     return [page.of_joint(record) for page in pages]
+
+
+def _as_gauges_show(cube: Cube, record: Mapping[str, Any]) -> tuple[Cube, AnswerRecord]:
+    """Return choices and record with pretensions as they are read, where they are set."""
+    answer = as_answer(record)
+    if answer.question.shows_own_f0:
+        cube = CubeAsRead.of(cube)
+    return cube, as_read(answer)
 
 
 def answer_figure(name: str, cube: Cube, record: Mapping[str, Any]) -> Page | None:
@@ -229,7 +234,7 @@ def draw_over(
     Raises:
         UsageError: The answer has nothing of this, or tendon did not write the file.
     """
-    answer = as_answer(record)
+    choices, answer = _as_gauges_show(choices, record)
     column = column_named(x)
     with house_style(say.joint_name(record)):
         if y is None:

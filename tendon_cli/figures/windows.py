@@ -143,7 +143,9 @@ def draw_panel(
             panel.fill_between(x, low, roof, where=where, facecolor=fill, interpolate=True)
     for all_ends, by in ((low, lower), (high, upper)):
         ends = np.where((all_ends >= 0.0) & (all_ends <= top), all_ends, np.nan)
-        for marker, (name, colour) in zip(itertools.cycle(MARKERS), colours.items(), strict=False):
+        for marker, (name, colour) in zip(
+            itertools.cycle(MARKERS[1:]), colours.items(), strict=False
+        ):
             holds = np.asarray(by == name)
             style: dict[str, Any] = {"color": colour, "gid": name}
             size = _END["markersize"]
@@ -195,7 +197,7 @@ def window_key(
         key.append(Patch(facecolor=NO_WINDOW, label="no window: the lower limit is above"))
     if any(np.isnan(part.low).any() for part in parts):
         key.append(Line2D([], [], color=FAINT, marker="x", linestyle="", label=none))
-    for marker, (name, colour) in zip(itertools.cycle(MARKERS), colours.items(), strict=False):
+    for marker, (name, colour) in zip(itertools.cycle(MARKERS[1:]), colours.items(), strict=False):
         label = f"ends where: {say.limit_words(name, bounds).label}"
         key.append(Line2D([], [], color=colour, marker=marker, markersize=3.5, label=label))
     return key
