@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,7 @@ from tendon_cli.figures.answer_page import (
 from tendon_cli.figures.backend import Axes, Line2D
 from tendon_cli.figures.choice_maps import draw_served, draw_tolerance
 from tendon_cli.figures.frame import Page, fitted, numbered, panels_of, save_pages
-from tendon_cli.figures.layout import has_many_rows, is_of_rows
+from tendon_cli.figures.layout import is_of_rows
 from tendon_cli.figures.served import draw_population
 from tendon_cli.figures.style import OKABE_ITO, PAGE_WIDTH, STAR, WHOLE, house_style
 from tendon_cli.figures.windows import draw_between, draw_rows, draw_trade_off, draw_windows
@@ -85,19 +86,26 @@ def draw_answer(
     files: list[str] = []
     faults: list[str] = []
     cube = choices_of(open_table(folder / "choices.parquet", by_name(record)), study)
-    for name in FIGURES:
-        if name == "between":
-            continue  # is drawn on request only
+    for name, draw in _figures(folder, cube, record).items():
         try:
-            pages = answer_pages(name, cube, record)
-            files += [file.name for file in save_pages(numbered(pages, out / f"{name}.png"))]
+            files += [file.name for file in save_pages(numbered(draw(), out / f"{name}.png"))]
         except Exception as error:  # noqa: BLE001
             faults.append(f"the figure {name} cannot be drawn: {type(error).__name__}: {error}")
+    return files, faults, None
+
+
+def _figures(
+    folder: Path, cube: Cube, record: Mapping[str, Any]
+) -> dict[str, Callable[[], list[Page]]]:
+    """Return what draws each figure of an answer, but for `between`, which is drawn on request."""
+    drawn: dict[str, Callable[[], list[Page]]] = {
+        name: partial(answer_pages, name, cube, record) for name in FIGURES if name != "between"
+    }
     answer = as_answer(record)
     if answer["population"] is not None:
-        of_population = draw_population(folder, answer, record)
-        files += [page.save(out / f"{name}.png").name for name, page in of_population.items()]
-    return files, faults, None
+        drawn["for_whom"] = partial(draw_population, "for_whom", folder, answer, record)
+        drawn["how_sure"] = partial(draw_population, "how_sure", folder, answer, record)
+    return drawn
 
 
 def draw_again(
@@ -127,12 +135,8 @@ def draw_again(
         UsageError: There is nothing to draw, or tendon did not write a file.
         OutputError: A file cannot be written.
     """
-    figures = {name: answer_pages(name, choices, record) for name in FIGURES if name != "between"}
-    figures = {name: pages for name, pages in figures.items() if pages}
-    answer = as_answer(record)
-    if answer["population"] is not None:
-        of_population = draw_population(folder, answer, record)
-        figures |= {name: [page] for name, page in of_population.items()}
+    drawn = {name: draw() for name, draw in _figures(folder, choices, record).items()}
+    figures = {name: pages for name, pages in drawn.items() if pages}
     if not figures:
         hint = f"`tendon report {folder}` writes a page with what it says"
         raise UsageError("the answer has no figure to draw", where=str(folder), hint=hint)
@@ -157,16 +161,21 @@ def answer_pages(name: str, cube: Cube, record: Mapping[str, Any], **how: Any) -
         record: Record of the answer.
         **how: Further arguments of the figure's function.
     """
-    stated = as_answer(record)
-    answer = as_read(stated)
+    cube, answer = _as_gauges_show(cube, record)
     chosen = named_first(answer)
     if chosen is None:
         return []
-    if stated.question.shows_own_f0:
-        cube = CubeAsRead.of(cube)
     with house_style(say.joint_name(record)):
         pages = FIGURES[name](cube, answer, chosen, **how)
     return [page.of_joint(record) for page in pages]
+
+
+def _as_gauges_show(cube: Cube, record: Mapping[str, Any]) -> tuple[Cube, AnswerRecord]:
+    """Return choices and record with pretensions as they are read, where they are set."""
+    answer = as_answer(record)
+    if answer.question.shows_own_f0:
+        cube = CubeAsRead.of(cube)
+    return cube, as_read(answer)
 
 
 def answer_figure(name: str, cube: Cube, record: Mapping[str, Any]) -> Page | None:
@@ -225,7 +234,7 @@ def draw_over(
     Raises:
         UsageError: The answer has nothing of this, or tendon did not write the file.
     """
-    answer = as_answer(record)
+    choices, answer = _as_gauges_show(choices, record)
     column = column_named(x)
     with house_style(say.joint_name(record)):
         if y is None:
@@ -387,20 +396,9 @@ def _write_tolerances(
         panel.annotate(text, (x, y), place, ha=align, size=6.5, textcoords="offset points")
 
 
-def _of_few_rows(draw: AnswerFigure) -> AnswerFigure:
-    """Return a figure that is left out if the names of rows are too many to stand along an axis."""
-
-    def draw_if_few(
-        cube: Cube, record: AnswerRecord, chosen: ChoiceRecord, **how: Any
-    ) -> list[Page]:
-        return [] if has_many_rows(long_axes(cube)) else draw(cube, record, chosen, **how)
-
-    return draw_if_few
-
-
 FIGURES: dict[str, AnswerFigure] = {
-    "tolerance_map": _of_few_rows(draw_tolerance),
-    "served_map": _of_few_rows(draw_served),
+    "tolerance_map": draw_tolerance,
+    "served_map": draw_served,
     "window": draw_windows,
     "rows": draw_rows,
     "front": draw_front,

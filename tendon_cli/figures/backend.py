@@ -66,7 +66,7 @@ with _shipped_settings():
     from matplotlib.axes import Axes
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.cbook import is_math_text
-    from matplotlib.colors import LinearSegmentedColormap, ListedColormap, TwoSlopeNorm
+    from matplotlib.colors import LinearSegmentedColormap, ListedColormap
     from matplotlib.figure import Figure
     from matplotlib.font_manager import FontProperties
     from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -96,7 +96,6 @@ __all__ = [
     "PathPatch",
     "Text",
     "TickedStroke",
-    "TwoSlopeNorm",
     "is_math_text",
     "mpl",
     "text_to_path",

@@ -17,24 +17,25 @@ from tendon_cli.cube.labels import reading_unit
 from tendon_cli.figures.answer_page import (
     answer_page,
     is_settable,
+    long_axes,
     set_text,
     settable_label,
     star,
 )
 from tendon_cli.figures.backend import mpl
-from tendon_cli.figures.frame import Page, title_of_page
-from tendon_cli.figures.layout import map_axes
+from tendon_cli.figures.frame import Page
+from tendon_cli.figures.layout import has_many_rows, map_axes
 from tendon_cli.figures.slices import (
     Area,
     Border,
     Colours,
     PanelGrid,
     Slice,
-    draw_slice,
+    draw_pages,
     grid_of,
-    pages_of_panels,
 )
 from tendon_cli.figures.style import BLUES, INK, PAGE_WIDTH
+from tendon_cli.model.kinematics import Rows
 from tendon_cli.space.axis import Axis
 
 _PALE = ("#f6d9c5", "#e9e2f3", "#dcebe4", "#f7ecc8", "#e5e5e5", "#dbe7f3")
@@ -71,7 +72,9 @@ def grid_of_choices(
 
 
 def axes_of_choices(cube: Cube) -> tuple[Axis, Axis] | None:
-    """Select the two longest axes of the choices; None if there are not two."""
+    """Select the two longest axes of the choices; None if there are not two, or too many rows."""
+    if has_many_rows(long_axes(cube)):
+        return None
     return map_axes(cube, cube.choose([]))
 
 
@@ -188,17 +191,14 @@ def _draw_map(
     width: float = PAGE_WIDTH,
 ) -> list[Page]:
     """Draw the pages of a map of choices, and mark the choice named first in it."""
-    pages = []
-    places = pages_of_panels(part, width)
-    for number, (of_page, shape) in enumerate(places, 1):
+
+    def begin(of_page: Slice, _: Rows, added: str, panels: float) -> Page:
         key = of_page.key()
         if of_page.star is not None:
             key.append(star(set_text(cube, record, chosen)))
-        name = title_of_page(title, number, len(places))
-        page = answer_page(cube, record, name, shape.total, key, notes, width=width)
-        draw_slice(page, of_page, shape)
-        pages.append(page)
-    return pages
+        return answer_page(cube, record, f"{title}{added}", panels, key, notes, width=width)
+
+    return draw_pages(part, width, begin)
 
 
 def _star_at(grid: PanelGrid, chosen: ChoiceRecord) -> tuple[int, float, float] | None:

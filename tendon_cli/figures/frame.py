@@ -148,11 +148,6 @@ def numbered(pages: Sequence[Page], path: Path) -> list[tuple[Page, Path]]:
     return list(zip(pages, [path, *files], strict=False))
 
 
-def title_of_page(title: str, number: int, count: int) -> str:
-    """Return the title of one of so many pages, with its number if there are several."""
-    return f"{title} (page {number} of {count})" if count > 1 else title
-
-
 def source_of(record: Mapping[str, Any] | Record) -> str:
     """Return name and hash of the study of a record, by which `is_figure` knows a figure."""
     return f"tendon study {record['name']} {record['study_hash']}"
@@ -331,6 +326,9 @@ def panels_of(page: Page, rows: int, columns: int, count: int, **shared: Any) ->
         axes.set_visible(False)
     for axes in used[max(0, count - columns) :]:
         axes.tick_params(labelbottom=True)
+    for axes in used:
+        for line in axes.spines.values():
+            line.set_in_layout(False)  # they take long to measure, and are no wider than the panel
     return used
 
 
@@ -350,3 +348,6 @@ def label_panels(panels: Sequence[Any], x: str, y: str, width: float, height: fl
             axes.set_xlabel(fitted(x, width))
         if place % columns == 0:
             axes.set_ylabel(fitted(y, max(height, 20.0)))
+        for axis in (axes.xaxis, axes.yaxis):
+            if not axis.get_label_text():
+                axis.set_label_coords(0.5, 0.0)  # so that matplotlib does not search for its place

@@ -23,8 +23,8 @@ from tendon_cli.cube.outcomes import (
 )
 from tendon_cli.cube.room import bounded_column, is_default, sign_of
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.backend import TwoSlopeNorm, mpl
-from tendon_cli.figures.frame import Page, framed, title_of_page
+from tendon_cli.figures.backend import mpl
+from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.layout import group_equal, joined_titles
 from tendon_cli.figures.limit_remarks import crosses_zero, limit_remarks
 from tendon_cli.figures.scales import caption
@@ -34,9 +34,8 @@ from tendon_cli.figures.slices import (
     Colours,
     PanelGrid,
     Slice,
-    draw_slice,
+    draw_pages,
     grid_of,
-    pages_of_panels,
 )
 from tendon_cli.figures.style import BLUES, INK, LIMIT_COLOURS, MARGIN, MARGIN_FLEXOR
 from tendon_cli.model.kinematics import Rows
@@ -102,27 +101,15 @@ def draw_maps(
     part = replace(part, titles=tuple(titles))
     meaning = [meaning_of_margin(cube, has_lines=part.has_lines)] if name == OF_MARGIN else []
     notes = [*_both_notes(part), *meaning, *lines, *grid.notes, *repeated]
-    pages = []
-    places = pages_of_panels(part, width)
-    start = 0
-    for number, (of_page, shape) in enumerate(places, 1):
-        stop = start + len(of_page.titles)
-        title = title_of_page(spec.title or cube.title, number, len(places))
-        seen = {limit: room[start:stop] for limit, room in rooms.items()}
-        remarks = _remarks(cube, spec, of_page, seen, name)
-        page = framed(
-            title,
-            shape.total,
-            of_page.key(),
-            [*remarks, *notes],
-            width=width,
-            height=height,
-            study=cube.source,
-        )
-        draw_slice(page, of_page, shape)
-        pages.append(page)
-        start = stop
-    return pages
+
+    def begin(of_page: Slice, seen: Rows, added: str, panels: float) -> Page:
+        of_panels = {limit: room[seen] for limit, room in rooms.items()}
+        remarks = _remarks(cube, spec, of_page, of_panels, name)
+        title = f"{spec.title or cube.title}{added}"
+        size: dict[str, Any] = {"width": width, "height": height, "study": cube.source}
+        return framed(title, panels, of_page.key(), [*remarks, *notes], **size)
+
+    return draw_pages(part, width, begin)
 
 
 def _value_shown(cube: Cube, spec: FigureSpec) -> str:
@@ -212,7 +199,7 @@ def _colours(shown: ColumnLabel, values: Floats, *, is_margin: bool) -> Colours:
         )
     limit, levels, extend = colour_scale(values)
     label = f"{shown.label}\n←  slack             taut  →"
-    norm = TwoSlopeNorm(0.0, -limit, limit)
+    norm = mpl.colors.Normalize(-limit, limit)
     return Colours(MARGIN, norm, label, levels, extend, MARGIN_FLEXOR)
 
 

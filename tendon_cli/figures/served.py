@@ -61,29 +61,29 @@ _USUAL = ("weight", "forearm_circumference")
 
 
 def draw_population(
-    folder: Path, record: AnswerRecord, known: Mapping[str, Any]
-) -> dict[str, Page]:
-    """Draw the persons or draws of the answer in a folder.
+    name: str, folder: Path, record: AnswerRecord, known: Mapping[str, Any]
+) -> list[Page]:
+    """Draw the persons or draws of the answer in a folder, or how sure the answer is of them.
 
     Args:
+        name: "for_whom" or "how_sure".
         folder: The folder.
         record: Record of the answer.
         known: The same as the folder has it.
 
-    Returns:
-        The figures by name.
-
     Raises:
         InputError: The table is damaged or missing.
     """
+    if name == "how_sure":
+        with house_style():
+            return [how_sure(as_read(record))]
     kind = "persons" if "person" in population_of(record)["counts"] else "draws"
     table = open_table(folder / f"{kind}.parquet", by_name(known)).read()
     rows = {name: as_numpy(table.column(name)) for name in table.column_names}
     if record.question.shows_own_f0 and record.best is not None:
         rows |= {name: _on_gauge(record.best, rows[name]) for name in _ENDS}
-    record = as_read(record)
     with house_style():
-        return {"for_whom": for_whom(record, rows), "how_sure": how_sure(record)}
+        return [for_whom(as_read(record), rows)]
 
 
 def _reading_name(record: AnswerRecord) -> str:
@@ -285,14 +285,13 @@ def _draw_windows(
     has_window = low[order] <= high[order]
     width = max(0.25, 230.0 / max(len(order), 1))
     served = is_served[order]
-    elsewhere = has_window & ~served
-    without = ~has_window
-    thin = min(width, 1.5)
-    axes.vlines(place[served], begin[served], end[served], colors=_SERVED, linewidth=width)
-    axes.vlines(
-        place[elsewhere], begin[elsewhere], end[elsewhere], colors=_LEFT_OUT, linewidth=width
-    )
-    axes.vlines(place[without], end[without], begin[without], colors=FAINT, linewidth=thin)
+    for holds, colour, thickness in (
+        (served, _SERVED, width),
+        (has_window & ~served, _LEFT_OUT, width),
+        (~has_window, FAINT, min(width, 1.5)),
+    ):
+        style: dict[str, Any] = {"colors": colour, "linewidth": thickness}
+        axes.vlines(place[holds], begin[holds], end[holds], **style)
     if np.isfinite(band).all():
         for bound in band:
             axes.axhline(bound, zorder=4, **_LIMIT)

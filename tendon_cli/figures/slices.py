@@ -7,12 +7,13 @@ their cells are hatched and outlined whole; between the values of a range limits
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from contourpy import contour_generator
 
 from tendon_cli.cube.axes import LOAD
 from tendon_cli.cube.cube import Cube
@@ -28,7 +29,6 @@ from tendon_cli.figures.backend import (
 )
 from tendon_cli.figures.frame import Page, fitted, grid_shape, label_panels, panels_of, text_width
 from tendon_cli.figures.layout import fewer, thin_out
-from tendon_cli.figures.limit_remarks import crosses_zero
 from tendon_cli.figures.scales import Scale, axis_scale, value_texts
 from tendon_cli.figures.style import INK, PAGE_HEIGHT, STAR, hatch_key, unknown_hatch
 from tendon_cli.model.kinematics import Rows
@@ -135,9 +135,9 @@ class Slice:
         is_listed = bool(self.x.names or self.y.names) or self.is_in_cells
         return not is_listed and min(self.values.shape[1:]) > 1
 
-    def at(self, panels: Sequence[int]) -> Slice:
+    def at(self, panels: Sequence[int] | Rows) -> Slice:
         """Return some of the panels."""
-        chosen = list(panels)
+        chosen = [int(panel) for panel in panels]
         star = self.star
         if star is not None:
             star = (chosen.index(star[0]), *star[1:]) if star[0] in chosen else None
@@ -179,16 +179,10 @@ class Slice:
         """Return True if a panel (y, x) shows the line of a limit."""
         if not self.has_lines:
             return bool((room < 0.0).any())
-        if not crosses_zero(room):
-            return False
         # Without the value of one corner a contour is drawn in the triangle of the other three.
-        _, _, values = _to_edges(self.x, self.y, room)
-        values = values.filled(np.nan)
-        corners = np.stack([values[:-1, :-1], values[:-1, 1:], values[1:, :-1], values[1:, 1:]])
-        is_drawn = np.isfinite(corners).sum(axis=0) >= 3
-        is_above = (corners > 0.0).any(axis=0)
-        is_below = (corners <= 0.0).any(axis=0)
-        return bool((is_drawn & is_above & is_below).any())
+        masked = np.ma.masked_invalid(room)
+        drawn = contour_generator(self.x.places, self.y.places, masked, corner_mask=True)
+        return bool(drawn.lines(0.0))
 
 
 @dataclass(frozen=True)
@@ -258,63 +252,46 @@ def _bar_width(width: float) -> float:
 # --- Pages ----------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Shape:
-    """Rows and columns of panels on a page, and about the size of a panel, mm."""
-
-    rows: int
-    columns: int
-    width: float
-    height: float
-    bar: float
-    """Height of the colour bar, if it is below the panels, mm."""
-
-    @property
-    def total(self) -> float:
-        """Height of all panels with their titles and labels, mm."""
-        return min(PAGE_HEIGHT, self.rows * (self.height + 7.0) + 8.0) + self.bar
-
-
-def pages_of_panels(part: Slice, width: float) -> list[tuple[Slice, Shape]]:
-    """Divide a slice into pages of at most so many panels as fit, each with its shape.
+def draw_pages(
+    part: Slice, width: float, begin: Callable[[Slice, Rows, str, float], Page]
+) -> list[Page]:
+    """Draw the panels of a slice with their colour bar, on as many pages as they need.
 
     Args:
         part: The slice.
         width: Width of a page, mm.
+        begin: Function that begins a page with its title and key. It takes the part of the slice,
+            the numbers of its panels, what to add to the title, and the height of all panels, mm.
     """
     most_rows, most_columns = _most_panels(width)
     count = len(part.titles)
-    per_page = most_rows * most_columns
+    starts = range(0, count, most_rows * most_columns)
+    bar = 0.0 if _bar_width(width) else 14.0  # height of a bar below the panels, mm
     pages = []
-    for start in range(0, count, per_page):
-        chosen = range(start, min(count, start + per_page))
-        rows, columns = grid_shape(len(chosen), part.in_row, most=most_columns)
-        panel = (width - _bar_width(width) - _SIDE) / columns - 2.0
-        height = 0.8 * panel
-        if count == 1:
-            height = 0.62 * panel
+    for number, start in enumerate(starts, 1):
+        seen = np.arange(start, min(count, start + starts.step))
+        of_page = part.at(seen)
+        rows, columns = grid_shape(len(seen), part.in_row, most=most_columns)
+        across = (width - _bar_width(width) - _SIDE) / columns - 2.0
+        up = (0.62 if count == 1 else 0.8) * across
         if part.y.names:
-            height = max(height, 3.2 * len(part.y.names))
-        height = min(height, 85.0)
-        bar = 0.0 if _bar_width(width) else 14.0
-        pages.append((part.at(chosen), Shape(rows, columns, panel, height, bar)))
+            up = max(up, 3.2 * len(part.y.names))
+        total = min(PAGE_HEIGHT, rows * (min(up, 85.0) + 7.0) + 8.0)
+        added = f" (page {number} of {len(starts)})" if len(starts) > 1 else ""
+        page = begin(of_page, seen, added, total + bar)
+        up = (page.inner - bar - 8.0) / rows - 7.0
+        panels = panels_of(page, rows, columns, len(seen), sharex=True, sharey=True)
+        for place, axes in enumerate(panels):
+            part.x.apply(axes, "x", across, cells=not part.has_lines)
+            part.y.apply(axes, "y", up, cells=not part.has_lines)
+            _draw_panel(axes, of_page, place)
+            _write_cells(axes, of_page, place, across, up)
+            # With y given, matplotlib does not search for the title's place.
+            axes.set_title(fitted(of_page.titles[place], across), y=1.0)
+        label_panels(panels, part.x.label, part.y.label, across, up)
+        _draw_bar(page, of_page, panels)
+        pages.append(page)
     return pages
-
-
-def draw_slice(page: Page, part: Slice, shape: Shape) -> None:
-    """Draw the panels of a slice on a page, with their colour bar."""
-    count = len(part.titles)
-    panels = panels_of(page, shape.rows, shape.columns, count, sharex=True, sharey=True)
-    height = (page.inner - shape.bar - 8.0) / shape.rows - 7.0
-    for place, axes in enumerate(panels):
-        part.x.apply(axes, "x", shape.width, cells=True)
-        part.y.apply(axes, "y", height, cells=True)
-        _draw_panel(axes, part, place)
-        _write_cells(axes, part, place, shape.width, height)
-        # With y given, matplotlib does not search for the title's place.
-        axes.set_title(fitted(part.titles[place], shape.width), y=1.0)
-    label_panels(panels, part.x.label, part.y.label, shape.width, height)
-    _draw_bar(page, part, panels)
 
 
 def _draw_panel(axes: Axes, part: Slice, panel: int) -> None:
@@ -343,9 +320,10 @@ def _draw_area(axes: Axes, part: Slice, area: Area, panel: int) -> None:
     """Draw whole cells as one patch, or in a map of ranges the part where room is negative."""
     style = {**area.style, "linewidth": 0.0}
     if part.has_lines and area.room is not None:
-        places = _to_edges(part.x, part.y, area.room[panel])
+        room = np.ma.masked_invalid(area.room[panel])
+        places = part.x.places, part.y.places
         hatched = axes.contourf(
-            *places, levels=[-np.inf, 0.0], colors="none", hatches=[style["hatch"]]
+            *places, room, levels=[-np.inf, 0.0], colors="none", hatches=[style["hatch"]]
         )
         hatched.set(gid=area.name, edgecolor=style["edgecolor"], linewidth=0.0)
         return
@@ -374,8 +352,9 @@ def _draw_border(axes: Axes, part: Slice, border: Border, panel: int) -> None:
     style = _line_style(border)
     if part.has_lines:
         effects = [_HALO, *style.get("path_effects", ())]
-        places = _to_edges(part.x, part.y, room)
-        drawn = axes.contour(*places, levels=[0.0], colors=border.colour, linewidths=border.width)
+        style = {"colors": border.colour, "linewidths": border.width}
+        masked = np.ma.masked_invalid(room)
+        drawn = axes.contour(part.x.places, part.y.places, masked, levels=[0.0], **style)
         drawn.set(path_effects=effects, gid=border.name)
         return
     ends = _outline(part.x.edges, part.y.edges, room < 0.0)
@@ -400,18 +379,6 @@ def _outline(x: Floats, y: Floats, inside: Flags) -> Floats:
         ends = x[[column, column + 1]][:: -steps[row, column]]
         edges.append([(end, y[row]) for end in ends])
     return np.array(edges)
-
-
-def _to_edges(x: Scale, y: Scale, values: Floats) -> tuple[Floats, Floats, Any]:
-    """Return places and values, extended in a straight line to the outer edges of the cells."""
-    x_places = np.concatenate((x.edges[:1], x.places, x.edges[-1:]))
-    y_places = np.concatenate((y.edges[:1], y.places, y.edges[-1:]))
-    for axis in (0, 1):
-        first, second, last, next_to_last = (np.take(values, [at], axis) for at in (0, 1, -1, -2))
-        start = 1.5 * first - 0.5 * second
-        end = 1.5 * last - 0.5 * next_to_last
-        values = np.concatenate((start, values, end), axis)
-    return x_places, y_places, np.ma.masked_invalid(values)
 
 
 def _write_cells(axes: Axes, part: Slice, panel: int, width: float, height: float) -> None:

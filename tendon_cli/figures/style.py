@@ -216,7 +216,8 @@ def render(figure: Figure, kind: str, about: Mapping[str, str] | None = None) ->
         warnings.filterwarnings("ignore", message="constrained_layout not applied")
         canvas: Any = FigureCanvasAgg(figure)
         if kind == "png":
-            canvas.print_png(buffer, metadata=metadata)  # savefig would draw everything twice
+            # `savefig` would draw everything twice. More compression takes longer than it is worth.
+            canvas.print_png(buffer, metadata=metadata, pil_kwargs={"compress_level": 3})
         else:
             figure.savefig(buffer, format=kind, metadata=metadata)
     return buffer.getvalue()

@@ -143,7 +143,9 @@ def draw_panel(
             panel.fill_between(x, low, roof, where=where, facecolor=fill, interpolate=True)
     for all_ends, by in ((low, lower), (high, upper)):
         ends = np.where((all_ends >= 0.0) & (all_ends <= top), all_ends, np.nan)
-        for marker, (name, colour) in zip(itertools.cycle(MARKERS), colours.items(), strict=False):
+        for marker, (name, colour) in zip(
+            itertools.cycle(MARKERS[1:]), colours.items(), strict=False
+        ):
             holds = np.asarray(by == name)
             style: dict[str, Any] = {"color": colour, "gid": name}
             size = _END["markersize"]
@@ -195,7 +197,7 @@ def window_key(
         key.append(Patch(facecolor=NO_WINDOW, label="no window: the lower limit is above"))
     if any(np.isnan(part.low).any() for part in parts):
         key.append(Line2D([], [], color=FAINT, marker="x", linestyle="", label=none))
-    for marker, (name, colour) in zip(itertools.cycle(MARKERS), colours.items(), strict=False):
+    for marker, (name, colour) in zip(itertools.cycle(MARKERS[1:]), colours.items(), strict=False):
         label = f"ends where: {say.limit_words(name, bounds).label}"
         key.append(Line2D([], [], color=colour, marker=marker, markersize=3.5, label=label))
     return key
@@ -208,6 +210,17 @@ def _pretension_label(cube: Cube) -> str:
 # --- Along each choice ----------------------------------------------------------------------------
 
 
+class Along(NamedTuple):
+    """Windows of some choices along an axis."""
+
+    scale: Scale
+    windows: Windows
+    """In the order of the scale."""
+    title: str
+    best: int
+    """Place of the choice named first."""
+
+
 def draw_windows(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list[Page]:
     """Draw the window against each axis, all else as in the choice named first.
 
@@ -216,42 +229,50 @@ def draw_windows(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list
     """
     along = [axis for axis in long_axes(cube) if not axis.is_text]
     parts = [_windows_along(cube, axis, chosen) for axis in along]
-    if not any(np.isfinite([part.low, part.high]).any() for _, part, _ in parts):
+    if not any(np.isfinite([part.windows.low, part.windows.high]).any() for part in parts):
         return []
-    colours = limit_colours(name for _, part, _ in parts for name in part.limits)
     meaning = f"window: pretensions that work for {served_words(record)}"
-    key = window_key([part for _, part, _ in parts], colours, cube.limits, meaning)
+    notes = ["Windows of other choices may differ."]
+    return _window_pages(cube, record, chosen, parts, "the window of pretension", meaning, notes)
+
+
+def _window_pages(
+    cube: Cube,
+    record: AnswerRecord,
+    chosen: ChoiceRecord,
+    parts: Sequence[Along],
+    title: str,
+    meaning: str,
+    notes: Sequence[str] = (),
+    height: float = 62.0,
+) -> list[Page]:
+    """Draw windows along each of some axes in a panel of a height in mm."""
+    pretension = chosen["pretension"] if chosen["feasible"] else None
+    colours = limit_colours(name for part in parts for name in part.windows.limits)
+    key = window_key([part.windows for part in parts], colours, cube.limits, meaning)
     if chosen["feasible"]:
         key.append(star(set_text(cube, record, chosen)))
-    notes = ["Windows of other choices may differ."]
     pages = []
-    for start in range(0, len(along), _PANELS_OF_PAGE):
-        seen = slice(start, start + _PANELS_OF_PAGE)
-        rows, columns = grid_shape(len(along[seen]), most=2)
-        page = answer_page(cube, record, "the window of pretension", rows * 62.0, key, notes)
+    for start in range(0, len(parts), _PANELS_OF_PAGE):
+        seen = parts[start : start + _PANELS_OF_PAGE]
+        rows, columns = grid_shape(len(seen), most=2)
+        page = answer_page(cube, record, title, rows * height, key, notes)
         width = PAGE_WIDTH / columns - 15.0
-        panels = panels_of(page, rows, columns, len(along[seen]))
-        for panel, axis, (scale, part, title) in zip(panels, along[seen], parts[seen], strict=True):
-            pretension = chosen["pretension"] if chosen["feasible"] else None
-            draw_panel(panel, scale, part, colours, pretension)
-            scale.apply(panel, "x", width)
-            panel.set_xlabel(fitted(scale.label, width))
-            panel.set_title(fitted(title or " ", width), y=1.0)
+        panels = panels_of(page, rows, columns, len(seen))
+        for panel, part in zip(panels, seen, strict=True):
+            draw_panel(panel, part.scale, part.windows, colours, pretension)
+            part.scale.apply(panel, "x", width)
+            panel.set_xlabel(fitted(part.scale.label, width))
+            panel.set_title(fitted(part.title, width), y=1.0)
             panel.set_ylabel(_pretension_label(cube))
             if pretension is not None:
-                place = int(position(axis, value_of(chosen, axis.column))[0])
-                at = scale.places[int(np.flatnonzero(scale.order == place)[0])]
-                panel.plot([at], [pretension], gid="best", **STAR)
+                panel.plot([part.scale.places[part.best]], [pretension], gid="best", **STAR)
         pages.append(page)
     return pages
 
 
-def _windows_along(cube: Cube, axis: Axis, chosen: ChoiceRecord) -> tuple[Scale, Windows, str]:
-    """Read the windows of the choices that differ from one choice along an axis only.
-
-    Returns:
-        The scale of the axis, the windows in its order, and the values of the other axes in words.
-    """
+def _windows_along(cube: Cube, axis: Axis, chosen: ChoiceRecord) -> Along:
+    """Read the windows of the choices that differ from one choice along an axis only."""
     scale = axis_scale(cube, axis, slice(None), {}, has_cells=True)
     positions = {axis.column: scale.order.astype(np.int64)}
     texts = []
@@ -261,7 +282,8 @@ def _windows_along(cube: Cube, axis: Axis, chosen: ChoiceRecord) -> tuple[Scale,
             positions[other.column] = place
             texts.append(value_text(cube, other, other.values[place[0]]))
     read = cube.gather(cube.rows([axis.column], positions), _ENDS)
-    return scale, Windows.of(read), ", ".join(texts)
+    best = int(np.flatnonzero(scale.order == position(axis, value_of(chosen, axis.column)))[0])
+    return Along(scale, Windows.of(read), ", ".join(texts), best)
 
 
 # --- Row by row -----------------------------------------------------------------------------------
@@ -285,13 +307,13 @@ def draw_rows(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list[Pa
         return []
     count = cube.table.rows
     if count <= MOST_NAMES:
-        return [_draw_by_name(cube, record, chosen, axes)]
+        return _draw_by_name(cube, record, chosen, axes)
     return [_draw_points(cube, record, chosen, evenly_spaced(count, _MOST_POINTS), count)]
 
 
 def _draw_by_name(
     cube: Cube, record: AnswerRecord, chosen: ChoiceRecord, axes: Sequence[Axis]
-) -> Page:
+) -> list[Page]:
     """Draw the window of each choice as a bar, with the limits that end it."""
     texts = [
         [str(value) if axis.is_text else value_text(cube, axis, value) for value in axis.values]
@@ -299,20 +321,10 @@ def _draw_by_name(
     ]
     names = [", ".join(words) for words in itertools.product(*texts)]
     rows = np.arange(len(names))
-    part = Windows.of(cube.gather(rows, _ENDS))
-    colours = limit_colours(part.limits)
-    key = window_key([part], colours, cube.limits, "window of pretension")
-    if chosen["feasible"]:
-        key.append(star(set_text(cube, record, chosen)))
-    scale = scale_of_names("", names, rows)
-    page = answer_page(cube, record, "the window of each choice", 115.0, key, [])
-    (panel,) = panels_of(page, 1, 1, 1)
-    draw_panel(panel, scale, part, colours, chosen["pretension"])
-    scale.apply(panel, "x", page.width - 18.0)
-    panel.set_ylabel(_pretension_label(cube))
-    if chosen["feasible"] and chosen["pretension"] is not None:
-        panel.plot([chosen["choice"]], [chosen["pretension"]], gid="best", **STAR)
-    return page
+    windows = Windows.of(cube.gather(rows, _ENDS))
+    part = Along(scale_of_names("", names, rows), windows, "", chosen["choice"])
+    title = "the window of each choice"
+    return _window_pages(cube, record, chosen, [part], title, "window of pretension", height=115.0)
 
 
 def _draw_points(

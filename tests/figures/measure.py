@@ -54,9 +54,9 @@ _CURVE = re.compile(r"(curve|binds|from .*|to .*)$")
 """Names of the lines that show results."""
 _MAY_BE_CROSSED = ("slack word",)
 """Texts that name an area, before the curves of which they stand."""
-_SHARED = ("answer_page", "_draw_map")
+_SHARED = ("answer_page", "_draw_map", "begin", "draw_pages")
 """Functions that begin the pages of several figures."""
-_CALL = re.compile(r"= (?:framed|answer_page)\(|return _draw_map\(")
+_CALL = re.compile(r"= (?:framed|answer_page)\(|return (?:_draw_map|draw_pages)\(")
 _DEFINITION = re.compile(r"^def (\w+)", re.MULTILINE)
 
 

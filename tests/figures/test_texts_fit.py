@@ -50,7 +50,7 @@ GAIT = {
     }
 }
 FIGURE = "tendon_cli.figures."
-OF_ANSWERS = {f"{FIGURE}choice_maps.draw_tolerance", f"{FIGURE}windows.draw_windows"}
+OF_ANSWERS = {f"{FIGURE}choice_maps.draw_tolerance", f"{FIGURE}windows._window_pages"}
 BETWEEN = f"{FIGURE}windows.draw_between"
 CURVES = f"{FIGURE}curves._page"
 MAPS = f"{FIGURE}maps.draw_maps"
@@ -270,7 +270,7 @@ def panels_of_symbols_with_an_index(folder: Path) -> None:
 
 
 @picture(
-    f"{FIGURE}windows.draw_windows",
+    f"{FIGURE}windows._window_pages",
     f"{FIGURE}served.for_whom",
     f"{FIGURE}served.how_sure",
     is_quick=False,
@@ -303,7 +303,7 @@ def many_draws(folder: Path) -> None:
 
 @picture(
     f"{FIGURE}choice_maps.draw_tolerance",
-    f"{FIGURE}windows._draw_by_name",
+    f"{FIGURE}windows._window_pages",
     f"{FIGURE}answer_figures.draw_front",
     TRADE_OFF,
 )
@@ -333,7 +333,7 @@ def pairs_of_parts(folder: Path) -> None:
     answered(study, folder)
 
 
-@picture(f"{FIGURE}windows._draw_by_name", TRADE_OFF, is_quick=False)
+@picture(f"{FIGURE}windows._window_pages", TRADE_OFF, is_quick=False)
 def a_limit_of_each_part(folder: Path) -> None:
     """Draw the trade-off over twelve parts with long names, by name and over their limit."""
     rows = [
@@ -353,7 +353,7 @@ def a_limit_of_each_part(folder: Path) -> None:
     answered(study, folder, x="limits.max_tension")
 
 
-@picture(f"{FIGURE}windows._draw_by_name", is_quick=False)
+@picture(f"{FIGURE}windows._window_pages", is_quick=False)
 def forty_parts(folder: Path) -> None:
     """Draw 40 parts with long names."""
     rows = [
@@ -405,7 +405,7 @@ def a_fine_grid(folder: Path) -> None:
     answered(study, folder)
 
 
-@picture(f"{FIGURE}windows.draw_windows", BETWEEN, is_quick=False)
+@picture(f"{FIGURE}windows._window_pages", BETWEEN, is_quick=False)
 def an_answer_over_time(folder: Path) -> None:
     """Draw the window over the time of a gait."""
     study = {

@@ -181,7 +181,7 @@ function signTraces() {
   const text = [];
   const inks = [];
   for (const j of spread(rowsOfMap(), 9)) {
-    for (const i of spread(lengthOf(axisAcross()), isNarrow() ? 7 : 14)) {
+    for (const i of spread(lengthOf(axisAcross()), isNarrow() ? 9 : 14)) {
       const kind = mapped.z[j][i];
       if (Number.isFinite(kind)) {
         x.push(ticksOf(axisAcross())[i]);
