@@ -161,7 +161,7 @@ def late_error_of(
     usual = max(USUAL_DELAY * (second or 0.0), row / math.sqrt(3.0))
     for model in result.average.models:
         if model.effects == (DELAY,):
-            return 1.0 / math.hypot(1.0 / usual, 1.0 / max(model.value(DELAY)[1], 1e-300))
+            usual = min(usual, math.hypot(*model.value(DELAY)))
     return usual
 
 

@@ -14,7 +14,7 @@ from tendon_cli.files import path_of
 from tendon_cli.fits.given_logs import check_logs
 from tendon_cli.fits.log_rows import Floats
 from tendon_cli.fits.one_thread import one_thread
-from tendon_cli.fits.suit.fitted_numbers import combinations, fitted_numbers
+from tendon_cli.fits.suit.fitted_numbers import fitted_numbers
 from tendon_cli.fits.suit.log_columns import SPOOL_ANGLE, Scaling
 from tendon_cli.fits.suit.parameters import (
     LOAD,
@@ -32,7 +32,7 @@ from tendon_cli.fits.suit.suit_log import SuitLog, read_logs
 from tendon_cli.fits.suit.suit_model import SuitModel
 from tendon_cli.fits.suit.suit_remarks import fast_note, gear_note, warnings_of
 from tendon_cli.fits.suit.suit_result import SuitFit
-from tendon_cli.fits.suit.suit_window import fitted_window
+from tendon_cli.fits.suit.suit_window import fitted_window, rests_of
 from tendon_cli.studies.load import AnyStudy, any_study
 from tendon_cli.studies.study import Study, is_exact
 
@@ -177,11 +177,11 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
         estimate=estimate,
         selection=selection,
         fitted=tuple(numbers),
-        combinations=tuple(combinations(estimate, numbers)),
         misfits=tuple(misfits(estimate)),
         predicted_from=predicted_from,
         window=window,
         doubts=doubts,
+        rests_on=rests_of(estimate, numbers),
         warnings=tuple(warnings_of(estimate, selection, numbers)),
         notes=tuple(notes),
     )
