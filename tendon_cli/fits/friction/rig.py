@@ -22,6 +22,7 @@ from tendon_cli.units import (
     shorten,
 )
 
+_TIME = re.compile(r"[\d\s][mu]?s$")
 _SMALLEST_BEND = 1e-3
 """Least bend angle, rad: no friction shows in a sheath that is straighter."""
 
@@ -262,7 +263,7 @@ def cell_uncertainty_of(
         try:
             if part.endswith("%"):
                 gain = parse_measure(part, "number").si
-            elif part.endswith("s"):
+            elif _TIME.search(part):
                 delay = parse_measure(part, "time").si
             else:
                 zero = force_of(part, option, unit)
