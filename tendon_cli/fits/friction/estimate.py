@@ -61,6 +61,9 @@ _RATE_WINDOWS = (16, 8, 4)
 _RATE_NOISE = 0.2
 """Noise of a rate over its spread, from which a longer part is taken: noise of what a line is drawn
 over passes for no delay at all."""
+_CERTAIN = 0.9
+"""Probability of a delay from which a cell is shifted: an explanation that looks the same as a
+delay would be lost."""
 _LATE = 0.10
 """Delay, as a share of a stroke, up to which a cell can be shifted and leave most of the stroke to
 compare."""
@@ -112,7 +115,7 @@ def estimate(log: Log, zero: float | None) -> FrictionEstimate | None:
         The estimate; None if no stroke has a limit.
     """
     first = _settle(log, zero)
-    if first is None or DELAY not in first.average.best.effects:
+    if first is None or first.average.share_of(DELAY) < _CERTAIN:
         return first
     delay = first.average.best.value(DELAY)[0]
     if log.time is None or abs(delay) > _LATE * log.duration:

@@ -248,7 +248,7 @@ class Remarks:
         if not having:
             return unknown
         model = average.models[max(having, key=average.weights.__getitem__)]
-        share = float(np.sum(average.weights[having]))
+        share = average.share_of(effect)
         value, error = model.value(effect)
         scale = model.friction if effect == FORCE else 1.0
         moves = average.models[0].friction / model.friction - 1.0

@@ -281,6 +281,14 @@ class ModelAverage:
         """Likeliest model."""
         return self.models[int(np.argmax(self.weights))]
 
+    def share_of(self, effect: str) -> float:
+        """Return the probability of an effect."""
+        return sum(
+            float(weight)
+            for model, weight in zip(self.models, self.weights, strict=True)
+            if effect in model.effects
+        )
+
     @property
     def friction(self) -> float:
         """μ, the mean over the models."""
