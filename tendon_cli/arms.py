@@ -33,9 +33,11 @@ class NamedArm(dict[str, Any]):
         self.source = source
 
     def __repr__(self) -> str:
+        from tendon_cli import say
+
         texts = []
         for key, value in self.items():
-            number = f"{value:.4g}" if isinstance(value, float) else str(value)
+            number = say.number(value) if isinstance(value, float) else str(value)
             texts.append(f"{key} = {number}")
         return f"{self.name}: {', '.join(texts)}\n  source: {self.source}"
 

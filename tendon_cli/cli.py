@@ -15,6 +15,7 @@ from tendon_cli.commands.completion import complete_in_bash
 from tendon_cli.commands.compute import command_of
 from tendon_cli.commands.fit_friction import fit_friction
 from tendon_cli.commands.fit_suit import fit_suit
+from tendon_cli.commands.options import STUDY, hint_at_study
 from tendon_cli.commands.read_results import check, compare, export, plot, report, show
 from tendon_cli.commands.studies import init, state
 from tendon_cli.errors import (
@@ -94,7 +95,9 @@ def _print_version(value: bool) -> None:
 def _options(
     version: Annotated[
         bool,
-        typer.Option("--version", callback=_print_version, is_eager=True, help="print the version"),
+        typer.Option(
+            "--version", "-V", callback=_print_version, is_eager=True, help="print the version"
+        ),
     ] = False,
     debug: Annotated[
         bool,
@@ -174,7 +177,11 @@ def _as_fault(error: Exception, words: list[str]) -> TendonError:
         if option and similar:
             hint = f"did you mean {' or '.join(similar)}?"
             return UsageError(f"no such option: {option}", hint=hint)
-        return UsageError(str(message()), hint="tendon --help lists the commands")
+        hint = "tendon --help lists the commands"
+        is_missing = type(error).__name__ == "MissingParameter"
+        if is_missing and getattr(error.param, "metavar", None) == STUDY:  # type: ignore[attr-defined]
+            hint = hint_at_study(command)
+        return UsageError(str(message()), hint=hint)
     if isinstance(error, OSError):
         return as_output_error(error)
     hint = "this is a bug in tendon; --debug shows where"

@@ -25,6 +25,13 @@ class Displayed:
     It takes the result, what to draw, and the options of `plot`, and raises UsageError.
     """
 
+    documented: ClassVar[tuple[str, ...]] = ()
+    """Names besides `plot`, `record` and `text` that the page about Python has, and so a session
+    completes."""
+
+    def __dir__(self) -> list[str]:
+        return sorted(["plot", "record", "text", *self.documented])
+
     @property
     def text(self) -> str:
         """Result in words."""

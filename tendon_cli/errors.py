@@ -176,9 +176,9 @@ class InterruptError(TendonError):
 
     kind = "stopped"
 
-    def __init__(self, number: int, *, where: str) -> None:
+    def __init__(self, number: int, *, where: str, again: str) -> None:
         message = f"stopped by {signal.Signals(number).name}; the parts that were finished are kept"
-        super().__init__(message, where=where, hint="--resume continues where it stopped")
+        super().__init__(message, where=where, hint=f"`{again}` continues where it stopped")
         self.exit = 128 + number
 
 

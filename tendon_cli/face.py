@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 from os import PathLike
 from pathlib import Path
 from threading import Event
-from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict, Unpack, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from tendon_cli import say
-from tendon_cli.call_options import check_options, check_types
+from tendon_cli.call_options import check_options
 from tendon_cli.display import Displayed
 from tendon_cli.engine.results import Result, Run, open_result
 from tendon_cli.engine.run import Draw, RunOptions, run_task
@@ -18,6 +18,7 @@ from tendon_cli.files import result_path
 from tendon_cli.registry import TaskKind, by_name, kinds, load
 from tendon_cli.studies.checks import without_intervals
 from tendon_cli.studies.fields import hint_at_nearest
+from tendon_cli.studies.figures import WIDTHS
 from tendon_cli.studies.load import AnyStudy, any_study
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import TableInMemory
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     from tendon_cli.answers.answer import Answer
     from tendon_cli.checks.comparison import Comparison
     from tendon_cli.engine.cost import Estimate
-    from tendon_cli.engine.task import Task
     from tendon_cli.figures.backend import Figure
     from tendon_cli.figures.frame import Page
     from tendon_cli.figures.side_by_side import WindowRow
@@ -38,35 +38,17 @@ if TYPE_CHECKING:
 FileName: TypeAlias = str | PathLike[str]
 
 
-class Options(TypedDict, total=False):
-    """Further keyword arguments of `sweep` and `design`."""
-
-    resume: bool
-    """True to finish an unfinished run, or to make damaged files of a finished one again."""
-    overwrite: bool
-    """True to replace the run in the folder."""
-    scheduler: str | None
-    """Address of a Dask cluster."""
-    progress: Callable[[int, int], None]
-    """Function that is called with the numbers of finished and of all parts."""
-    proving: Callable[[int, int], None]
-    """Function that is called with the numbers of cells examined and of most cells in a proof."""
-    confirm: Callable[[Task], None]
-    """Function that is called with the task before a run is begun, and may raise an error."""
-    stop: Event | None
-    """Event that ends the run cleanly when it is set."""
-
-
-_ARGUMENTS = ("study", "out", "jobs", "figures")
-"""Arguments of `sweep` and `design` before their options."""
-
-
 def sweep(
     study: AnyStudy,
     out: FileName | None = None,
     jobs: int | None = None,
     figures: bool = False,
-    **options: Unpack[Options],
+    *,
+    resume: bool = False,
+    overwrite: bool = False,
+    scheduler: str | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    stop: Event | None = None,
 ) -> Run:
     """Run a study into a folder, or in memory.
 
@@ -79,7 +61,11 @@ def sweep(
         jobs: Parts that are computed at once, by default one for each core.
         figures: True to draw the figures. A declared figure that can have nothing to draw is
             an error before anything is computed; any other that cannot be drawn is a warning.
-        options: See `Options`.
+        resume: True to finish an unfinished run, or to make damaged files of a finished one again.
+        overwrite: True to replace the run in the folder.
+        scheduler: Address of a Dask cluster.
+        progress: Function that is called with the numbers of finished and of all parts.
+        stop: Event that ends the run cleanly when it is set.
 
     Raises:
         TendonError: The study cannot be run, or its tables cannot be written.
@@ -93,7 +79,19 @@ def sweep(
     >>> run.designs.attrs["units"]["required_pretension"]
     'N'
     """
-    return cast(Run, compute("sweep", study, out, jobs, figures, **options))
+    run = compute(
+        "sweep",
+        study,
+        out,
+        jobs,
+        figures,
+        resume=resume,
+        overwrite=overwrite,
+        scheduler=scheduler,
+        progress=progress,
+        stop=stop,
+    )
+    return cast(Run, run)
 
 
 def design(
@@ -101,7 +99,12 @@ def design(
     out: FileName | None = None,
     jobs: int | None = None,
     figures: bool = False,
-    **options: Unpack[Options],
+    *,
+    resume: bool = False,
+    overwrite: bool = False,
+    scheduler: str | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    stop: Event | None = None,
 ) -> Answer:
     """Answer the design question of a study into a folder, or in memory.
 
@@ -120,7 +123,19 @@ def design(
        pretension_from  pretension_to         from_by                to_by
     0            122.1          173.9  extensor slack  min_elbow_stiffness
     """
-    return cast("Answer", compute("design", study, out, jobs, figures, **options))
+    answer = compute(
+        "design",
+        study,
+        out,
+        jobs,
+        figures,
+        resume=resume,
+        overwrite=overwrite,
+        scheduler=scheduler,
+        progress=progress,
+        stop=stop,
+    )
+    return cast("Answer", answer)
 
 
 def compute(
@@ -129,24 +144,23 @@ def compute(
     out: FileName | None = None,
     jobs: int | None = None,
     figures: bool = False,
-    **options: Unpack[Options],
+    **options: Any,
 ) -> Result:
     """Run the task of a verb into a folder, or in memory; `sweep` and `design` call this.
 
-    Arguments are those of `sweep`.
+    Arguments are those of `sweep`, and others of `RunOptions`; None is none.
 
     Raises:
         TendonError: The task cannot be run, or its result cannot be written.
     """
     kind = kinds()[verb]
-    check_options(verb, options, (*_ARGUMENTS, *Options.__annotations__))
-    check_types(verb, options, Options.__annotations__)
     if out is None and figures:
         hint = f"name one: {verb}(study, out, figures=True)"
         raise UsageError("figures are drawn into a folder", hint=hint)
     folder = None if out is None else result_path(out)
     draw = _drawer(kind) if figures and kind.draw else None
-    how = RunOptions(jobs=_checked_jobs(jobs), draw=draw, **options)
+    given = {name: value for name, value in options.items() if value is not None}
+    how = RunOptions(jobs=_checked_jobs(jobs), draw=draw, **given)
     validated = any_study(study)
     if figures:
         _check_figures(kind, validated)
@@ -382,7 +396,7 @@ def page_of_comparison(comparison: Comparison, what: tuple[str, ...], how: dict[
     return _picture_of_comparison(comparison, comparison.title)
 
 
-def _picture_of_comparison(comparison: Comparison, title: str) -> Page:
+def _picture_of_comparison(comparison: Comparison, title: str, **size: Any) -> Page:
     """Draw the windows or the margins of a comparison; an empty title leaves no room for one."""
     from tendon_cli.checks.compare_runs import pair_of_designs
     from tendon_cli.figures.side_by_side import margins_page, windows_page
@@ -392,10 +406,10 @@ def _picture_of_comparison(comparison: Comparison, title: str) -> Page:
     runs = [result for result in comparison.results if isinstance(result, Run)]
     if runs:
         before, now = pair_of_designs((runs[0], runs[1])).both("margin")
-        return margins_page(before, now, (first.label, second.label), title, study)
+        return margins_page(before, now, (first.label, second.label), title, study, **size)
     read = say.setting_words(comparison.results[0].record["question"]["read"])
     rows = [*_window_rows(comparison)]
-    return windows_page(rows, title, "".join(read), first.unit, study)
+    return windows_page(rows, title, "".join(read), first.unit, study, **size)
 
 
 def _window_rows(comparison: Comparison) -> Iterator[WindowRow]:
@@ -439,16 +453,18 @@ def write_comparison(comparison: Comparison, out: FileName, *, overwrite: bool =
     from tendon_cli.reports.text_page import Picture, write_text_page
 
     pictures = []
+    size = {"width": WIDTHS["column"]}  # a phone shows it whole
     try:
-        pictures.append(Picture("On one scale", _picture_of_comparison(comparison, "").png()))
+        page = _picture_of_comparison(comparison, "", **size)
+        pictures.append(Picture("On one scale", page.png()))
     except UsageError as error:
         pictures.append(Picture(f"No figure: {error.message}", b""))
     answers = [result for result in comparison.results if not isinstance(result, Run)]
     cubes = [choices_of(TableInMemory(one.table("choices")), one.study) for one in answers]
-    pages = maps_on_one_scale(cubes, [one.record for one in answers])
-    for side, page in zip(comparison.sides, pages, strict=False):
-        if page is not None:
-            pictures.append(Picture(f"{side.label}: map of the choices", page.png()))
+    pages = maps_on_one_scale(cubes, [one.record for one in answers], **size)
+    for side, of_answer in zip(comparison.sides, pages, strict=False):
+        if of_answer is not None:
+            pictures.append(Picture(f"{side.label}: map of the choices", of_answer.png()))
     subtitle = " ".join(verdict_words(comparison.pairs))
     joint = say.joint_name(comparison.results[0].record)
     blocks = comparison.blocks

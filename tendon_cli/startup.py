@@ -72,7 +72,7 @@ def exit_code(code: int = 128 + signal.SIGINT) -> int:
 
 
 @contextlib.contextmanager
-def stopped_by_signals(where: str) -> Iterator[threading.Event]:
+def stopped_by_signals(where: str, again: str) -> Iterator[threading.Event]:
     """Yield an event that SIGINT, SIGTERM and SIGHUP set.
 
     Work that sees the event set raises `Stopped`, which ends in InterruptError here. A second
@@ -80,6 +80,7 @@ def stopped_by_signals(where: str) -> Iterator[threading.Event]:
 
     Args:
         where: Folder that the error names.
+        again: Command that finishes the work.
 
     Raises:
         InterruptError: A signal arrived and the work stopped.
@@ -104,7 +105,7 @@ def stopped_by_signals(where: str) -> Iterator[threading.Event]:
     try:
         yield event
     except Stopped:
-        raise InterruptError(first_signal, where=where) from None
+        raise InterruptError(first_signal, where=where, again=again) from None
     finally:
         for number, handler in previous_handlers.items():
             signal.signal(number, handler)

@@ -62,5 +62,6 @@ def test_the_same_log_twice_is_refused(tmp_path):
     for name in ("a.csv", "b.csv"):
         (tmp_path / name).write_text(f"cell 1 (N),cell 2 (N)\n{rows}")
     files = [tmp_path / "a.csv", tmp_path / "b.csv"]
-    with pytest.raises(UsageError, match="has the same readings as"):
-        tendon.fit_friction(files, "144 deg")
+    for given in (files, [str(file) for file in files]):
+        with pytest.raises(UsageError, match="has the same readings as"):
+            tendon.fit_friction(given, "144 deg")

@@ -4,6 +4,8 @@ import doctest
 import inspect
 import json
 import pickle
+import pydoc
+import re
 import shutil
 import signal
 import sys
@@ -112,15 +114,6 @@ def test_in_memory_and_in_a_folder_it_is_the_same(study, workplace, monkeypatch,
     }
 
 
-def test_a_session_completes_what_the_page_says_of_a_run(study):
-    page = (Path(__file__).parents[1] / "docs" / "python.md").read_text("utf-8")
-    results = page.partition("## Results")[2].partition("| `Answer`")[0]
-    run = tendon.sweep(study)
-    for name in dir(run):
-        assert hasattr(run, name)
-        assert f"`{name}`" in results or f"`{name}(" in results
-
-
 def test_a_run_that_stands_is_up_to_date_and_another_study_is_refused(study, workplace):
     assert not tendon.sweep(study, "run").up_to_date
     assert tendon.sweep(study, Path("run")).up_to_date
@@ -169,10 +162,10 @@ def test_a_traceback_names_the_file(workplace):
 def test_an_unknown_option_is_named_with_those_that_there_are(compute):
     with pytest.raises(UsageError, match='has no option "foo"') as refused:
         compute({}, foo=1)
-    assert refused.value.hint == (
-        "it has study, out, jobs, figures, resume, overwrite, scheduler, progress, proving, "
-        "confirm, stop"
-    )
+    options = "study, out, jobs, figures, resume, overwrite, scheduler, progress, stop"
+    assert refused.value.hint == f"it has {options}"
+    for option in options.split(", "):
+        assert f"{option}: " in pydoc.render_doc(compute)
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "arms"])
@@ -205,6 +198,17 @@ def test_plot_of_any_result_refuses_an_unknown_option(results, kind):
         with pytest.raises(UsageError, match=r'^plot\(\) has no option "foo"$') as refused:
             draw(foo=1)
         assert refused.value.hint.startswith("it has result, what, out, overwrite")
+
+
+@pytest.mark.parametrize("kind", ["study", "state", "run", "answer", "fit", "comparison"])
+def test_a_session_completes_what_the_page_says_of_a_result(results, kind):
+    page = (Path(__file__).parents[1] / "docs" / "python.md").read_text("utf-8")
+    result = results[kind]
+    of_a_file = {*getattr(type(result), "model_fields", ())}
+    assert {*dir(result)} >= {"plot", "record", "text", *of_a_file}
+    for name in {*dir(result)} - of_a_file:
+        assert hasattr(result, name)
+        assert re.search(rf"[`.]{name}[`(]", page), name
 
 
 def test_a_function_is_pickled_by_its_public_name():

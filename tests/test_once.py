@@ -1,9 +1,14 @@
 """A study is validated once in a command, and the record of a folder is read once."""
 
+import inspect
 import shlex
+import sys
+from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 
+import tendon_cli
 from tendon_cli import files
 from tendon_cli.studies.study import Study
 
@@ -23,6 +28,7 @@ quantity = "max_tension"
 x = "load_mass"
 """
 pytestmark = pytest.mark.usefixtures("blank_figures")
+PACKAGE = str(Path(tendon_cli.__file__).parent)
 RECORDS = ("run.json", "design.json")
 MOST_LOOKS_OF_A_RUN = 2
 """Looks of a command that computes: before it locks the folder, and behind the lock."""
@@ -114,3 +120,54 @@ def test_commands_that_compute_validate_one_study(tendon, folders, counted, verb
         assert tendon(*words, *more).exit in (0, 4)
         assert counted["studies"] == 1, more
         assert counted["records"] <= MOST_LOOKS_OF_A_RUN, more
+
+
+MOST_FILES = {
+    "show run": 18,
+    "show answer": 18,
+    "plot run -y motor_torque --out a.png": 48,
+    "check run": 53,
+    "report run": 53,
+    "report answer": 54,
+    "compare run few": 52,
+    "export run rows.csv": 17,
+}
+"""Most files of the package of which a command that reads enters any function."""
+
+
+@contextmanager
+def files_entered():
+    """Collect the files of the package whose functions are called, other than by an import."""
+    entered = set()
+
+    def note(frame, event, _):
+        code = frame.f_code
+        is_function = code.co_flags & inspect.CO_OPTIMIZED
+        if event == "call" and is_function and PACKAGE in code.co_filename:
+            if code.co_filename in entered or is_importing(frame):
+                return
+            entered.add(code.co_filename)
+
+    sys.setprofile(note)
+    try:
+        yield entered
+    finally:
+        sys.setprofile(None)
+
+
+def is_importing(frame):
+    while frame is not None:
+        if frame.f_code.co_name == "<module>" and PACKAGE in frame.f_code.co_filename:
+            return True
+        frame = frame.f_back
+    return False
+
+
+def test_commands_that_read_enter_few_files(tendon, folders):
+    found = {}
+    for line in MOST_FILES:
+        with files_entered() as entered:
+            assert tendon(*shlex.split(line)).exit in (0, 4)
+        found[line] = len(entered)
+    assert {line: count for line, count in found.items() if count > MOST_FILES[line]} == {}
+    assert min(found.values()) > 10

@@ -80,9 +80,9 @@ def test_all_of_a_sample_is_not_everyone():
     assert say.sampled_share(1.0, 1, "person") == "this person"
 
 
-@given(st.floats(0.0, 1.0, exclude_max=True, exclude_min=True))
-def test_nearly_all_is_not_all_and_hardly_any_is_not_none(share):
-    assert say.percent(share) not in ("100 %", "0 %")
+@given(st.floats(0.0, 1.0, exclude_max=True, exclude_min=True), st.sampled_from([2, 3]))
+def test_nearly_all_is_not_all_and_hardly_any_is_not_none(share, digits):
+    assert say.percent(share, digits) not in ("100 %", "0 %")
 
 
 def test_every_limit_has_words_and_none_is_its_key():
@@ -93,15 +93,10 @@ def test_every_limit_has_words_and_none_is_its_key():
                 assert not set("_{}") & set(text)
 
 
-def test_two_limits_that_exclude_each_other_are_a_sentence():
+def test_two_limits_that_exclude_each_other_are_named():
     pair = ("extensor slack", "min_elbow_stiffness")
-    assert say.conflict(pair, {}) == "any pretension that prevents slack makes the elbow unstable"
     assert say.conflict_label(pair, {}) == "slack and stability conflict"
-    bounds = {"max_tension": 300.0}
-    assert say.conflict(("extensor slack", "max_tension"), bounds).endswith(
-        "loads a tendon with more than 300 N"
-    )
-    assert say.conflict_label(("max_tension",), bounds) == "tension too high"
+    assert say.conflict_label(("max_tension",), {}) == "tension too high"
 
 
 def test_lines_end_between_quantities():

@@ -33,6 +33,18 @@ class Answer(Result):
     """An answer: `record` as in `design.json`, its tables, and the answer as `text`."""
 
     drawn_by: ClassVar[str] = "tendon_cli.face.page_of_answer"
+    documented: ClassVar[tuple[str, ...]] = (
+        "best",
+        "best_by",
+        "choices",
+        "conditions",
+        "conflicts",
+        "export",
+        "feasible",
+        "fixes",
+        "front",
+        "to_xarray",
+    )
 
     @property
     def is_negative(self) -> bool:
@@ -95,6 +107,9 @@ class Answer(Result):
     def conflicts(self) -> list[dict[str, Any]]:
         """Limits that leave choices without a window, in how many choices, and by how much."""
         return list(self.record["conflicts"])
+
+    def __str__(self) -> str:
+        return self.short
 
     @property
     def text(self) -> str:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -21,7 +20,8 @@ from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.usual import USUAL
 from tendon_cli.studies.values import Uncertain
 from tendon_cli.tables.schema import finite_or_none
-from tendon_cli.windows.question import LEAN, Placement, Question
+from tendon_cli.windows.coverage import serves
+from tendon_cli.windows.question import LEAN, Question
 from tendon_cli.windows.solutions import Solutions, solve_windows
 from tendon_cli.windows.solver import Solver
 
@@ -184,15 +184,20 @@ def taken_as_given(solver: Solver, choice: Solutions, others: Solutions) -> Iter
         others: All choices that may be named.
     """
     study = solver.question.study
+    changes: list[tuple[str, float | None, float, str]] = []
     if not states_cuffs(study):
-        for stiffness in MEASURED_CUFFS:
-            source = "an upper-arm cuff of 21 persons"
-            yield _otherwise(solver, choice, others, ANCHOR_STIFFNESS, None, stiffness, source)
+        source = "an upper-arm cuff of 21 persons"
+        changes += [(ANCHOR_STIFFNESS, None, stiffness, source) for stiffness in MEASURED_CUFFS]
     if LEAN not in solver.question.axes:
         stated = float(study.numbers[LEAN].array[0])
-        for other in (stated - _OTHER_POSTURE, stated + _OTHER_POSTURE):
-            source = "posture changes while a suit is worn"
-            yield _otherwise(solver, choice, others, LEAN, stated, other, source)
+        source = "posture changes while a suit is worn"
+        postures = (stated - _OTHER_POSTURE, stated + _OTHER_POSTURE)
+        changes += [(LEAN, stated, other, source) for other in postures]
+    if changes:
+        before, _ = solve_windows(solver, choice.points)
+        at = np.where(others.row == choice.row, choice.pretension, np.nan)
+        for change in changes:
+            yield _otherwise(solver, before, others, at, *change)
 
 
 def states_cuffs(study: Study) -> bool:
@@ -206,8 +211,9 @@ def states_cuffs(study: Study) -> bool:
 
 def _otherwise(
     solver: Solver,
-    choice: Solutions,
+    before: Solutions,
     others: Solutions,
+    at: Array,
     key: str,
     value: float | None,
     other: float,
@@ -217,8 +223,9 @@ def _otherwise(
 
     Args:
         solver: Solver of the question.
-        choice: The choice that is named first.
-        others: All choices that may be named.
+        before: The choice that is named first, solved with the stated number.
+        others: All choices that may be named, that one among them.
+        at: Its pretension in its place, (others,), N; else NaN.
         key: Key of the number.
         value: Value that the study takes; None for a rigid one.
         other: Another value.
@@ -227,11 +234,11 @@ def _otherwise(
     question = solver.question
     numbers = {key: np.full(len(question.conditions), other)}
     changed = solver.for_question(question.with_numbers(numbers))
-    anew, _ = solve_windows(changed, others.points)
-    placement = Placement(given=float(choice.pretension[0]))
-    as_set = changed.for_question(replace(changed.question, placement=placement))
-    before, _ = solve_windows(solver, choice.points)
-    after, _ = solve_windows(as_set, choice.points)
+    ends = changed.ends(others.points, at)
+    anew, _ = solve_windows(changed, others.points, ends)
+    is_served = serves(*question.groups.windows(ends.low, ends.high), at[:, np.newaxis])
+    place = int(np.flatnonzero(others.row == before.row)[0])
+    after = anew.select([place])
     return AssumedRecord(
         key=key,
         value=value,
@@ -243,7 +250,7 @@ def _otherwise(
         moves_from=_move(before.pretension_from[0], after.pretension_from[0]),
         moves_to=_move(before.pretension_to[0], after.pretension_to[0]),
         other=other,
-        served=float(after.served_at[0]),
+        served=float(question.groups.share(is_served)[place]),
         served_anew=float(anew.served.max()),
     )
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from tendon_cli.answer_record import AxisRecord, ChoiceRecord, value_of
 from tendon_cli.answers.answer import Answer
-from tendon_cli.answers.record import NamedChoices, named_rows
+from tendon_cli.answers.choose import choice_records
+from tendon_cli.answers.record import named_rows
 from tendon_cli.errors import UsageError
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.values import RIGID
@@ -31,7 +32,7 @@ def choice_in_row(answer: Answer, row: int) -> ChoiceRecord:
             return named
     solver = Solver(question, with_motion=affords_motion(question, 1))
     solved = solve(solver, question.points(np.array([row])))
-    return NamedChoices(question).records(solved)[0]
+    return choice_records(question, solved)[0]
 
 
 def same_choice(answer: Answer, choice: ChoiceRecord, axes: list[AxisRecord]) -> ChoiceRecord:

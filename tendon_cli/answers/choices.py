@@ -13,10 +13,11 @@ import pyarrow as pa
 
 from tendon_cli.answer_record import ChoiceRecord, PopulationRecord, as_answer
 from tendon_cli.answers import tables as answer_tables
-from tendon_cli.answers.decision import is_of_order
+from tendon_cli.answers.choose import choose
 from tendon_cli.answers.design_kind import DESIGN
 from tendon_cli.answers.people import GroupWindows, people_of, population
-from tendon_cli.answers.record import make_record, named_rows
+from tendon_cli.answers.record import explain, named_rows
+from tendon_cli.answers.solved_parts import solutions_from, solved_columns, solved_rows
 from tendon_cli.answers.text import answer_blocks, answer_text
 from tendon_cli.engine.plan import part_range
 from tendon_cli.engine.task import FinalFile, Note, Task
@@ -28,7 +29,7 @@ from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import RowTarget
 from tendon_cli.typed_record import to_json
-from tendon_cli.windows.candidates import summarise
+from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import (
     Question,
     affords_motion,
@@ -38,7 +39,7 @@ from tendon_cli.windows.question import (
     question_of,
     rows_to_prove,
 )
-from tendon_cli.windows.solutions import solve
+from tendon_cli.windows.solutions import Solutions, solve
 from tendon_cli.windows.solver import Solver
 
 CHOICES_PER_PART = 2**17
@@ -66,6 +67,7 @@ class Choices(Task):
         self.solver = Solver(question, self.stop, with_motion=with_motion)
         self.persons = group_axis(question)
         """Axis of persons or draws, which have a table; None if there are neither."""
+        self._windows_of: dict[int, GroupWindows] = {}
         if question.states >= 2**63:
             raise SizeError("more than 2^63 states", hint="fewer values on an axis")
         rows_to_prove(question)  # a fault in it is raised before anything is solved
@@ -132,7 +134,9 @@ class Choices(Task):
 
     def columns(self, table: str) -> tuple[Column, ...]:
         """Return the columns of a table."""
-        if table in (UNFINISHED, "choices"):
+        if table == UNFINISHED:
+            return solved_columns(self.solver.columns_of_motion)
+        if table == "choices":
             return answer_tables.choice_columns(self.question)
         if table == "conditions" or self.persons is None:
             return answer_tables.condition_columns(self.question)
@@ -148,54 +152,61 @@ class Choices(Task):
         return len(self.persons if people is None else people.persons)
 
     def fill(self, tables: Mapping[str, RowTarget], index: int) -> Note:
-        """Solve the choices of a part, and write them without what only the whole knows.
-
-        Returns:
-            The note of the part.
+        """Solve the choices of a part, and write them as they were solved.
 
         Raises:
             Stopped: The run was cancelled.
         """
         self.check_stopped()
-        part = self.part(index)
-        solutions = solve(self.solver, self.question.points(np.arange(part.start, part.stop)))
-        rows = {UNFINISHED: answer_tables.choice_rows(self.question, solutions)}
+        rows = {UNFINISHED: solved_rows(solve(self.solver, self._points(index)))}
         if "conditions" in tables:
             rows["conditions"] = answer_tables.condition_rows(self.question)
         for table, target in tables.items():
             count = self.rows(table, index)
             target.fill(count, columns_writer(rows[table], (count,)))
-        return summarise(solutions, self.question)
+        return {}
 
-    def is_note(self, index: int, note: Any) -> bool:
-        """Return True if the note of a part is as `fill` gives it."""
+    def _points(self, index: int) -> Points:
+        """Return the choices of a part."""
         part = self.part(index)
-        try:
-            counts = [note["feasible"], *(count for _, count in note["conflicts"])]
-            names = [name for pair, _ in note["conflicts"] for name in pair]
-            return (
-                note["choices"] == len(part)
-                and all(type(count) is int and 0 <= count <= len(part) for count in counts)
-                and all(isinstance(name, str) for name in names)
-                and is_of_order(self.question, note)
-                and isinstance(note["rows"], list)
-                and all(type(row) is int and row in part for row in note["rows"])
+        return self.question.points(np.arange(part.start, part.stop))
+
+    def _solved(self, index: int, finished: Callable[[int], pa.Table]) -> Solutions:
+        """Return the solved choices of a part."""
+        return solutions_from(finished(index), self._points(index), self.solver.columns_of_motion)
+
+    def is_note(self, index: int, note: Any) -> bool:  # noqa: ARG002
+        """Return True if a note is empty: parts hold all that the whole answer needs."""
+        return bool(note == {})
+
+    def _group_windows(self, row: int) -> GroupWindows:
+        """Return the windows of all groups for the choice in a row, worked out once."""
+        if row not in self._windows_of:
+            self._windows_of[row] = GroupWindows.of(
+                self.solver, self.question.points(np.array([row]))
             )
-        except (KeyError, TypeError, ValueError):
-            return False
+        return self._windows_of[row]
 
     def place(self, index: int) -> str:
         """Say which choices a part has."""
         part = self.part(index)
         return f"choices {part.start} to {part.stop - 1}"
 
-    def results(self, notes: Sequence[Note], proving: Callable[[int, int], None]) -> dict[str, Any]:
-        """Return the record of the answer, from the notes of all parts."""
-        made = make_record(self.solver, notes, proving)
-        record = made.record
+    def results(
+        self,
+        notes: Sequence[Note],
+        finished: Callable[[int], pa.Table],
+        proving: Callable[[int, int], None],
+    ) -> dict[str, Any]:
+        """Return the record of the answer, from the solved choices of all parts."""
+        parts = [self._solved(index, finished) for index in range(len(notes))]
+        solved = parts[0] if len(parts) == 1 else Solutions.concatenate(parts)
+        chosen = choose(self.solver, solved, proving)
+        record = explain(self.solver, solved, chosen)
         if self.persons is not None:
-            windows = GroupWindows.of(self.solver, made.chosen.points)
-            record.population = population(self.solver, made.chosen, made.row, windows, made.judged)
+            (row,) = chosen.records(chosen.first)
+            windows = self._group_windows(row.choice)
+            record.population = population(self.solver, chosen.first, row, windows, chosen.judged)
         return {**to_json(record), "blocks": [*answer_blocks(record)], "text": answer_text(record)}
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:  # noqa: ARG002
@@ -209,7 +220,7 @@ class Choices(Task):
 
         Args:
             record: The record.
-            finished: Reads the choices of a part without what the record says.
+            finished: Reads the solved choices of a part.
         """
         answer = as_answer(record)
         named = named_rows(answer)
@@ -227,7 +238,8 @@ class Choices(Task):
         of_part = [row for row in named if row.choice in part]
 
         def write(targets: Mapping[str, npt.NDArray[Any]], rows: range) -> None:
-            values = answer_tables.completed_rows(self.question, finished(index), of_part, part)
+            solved = self._solved(index, finished)
+            values = answer_tables.completed_rows(self.question, solved, of_part, part)
             columns_writer(values, (len(part),))(targets, rows)
 
         return self.file("choices", index), self.layout("choices", index), write
@@ -237,7 +249,7 @@ class Choices(Task):
         table = _table_of(axis)
         chosen = self.question.points(np.array([population.choice]))
         pretension = np.nan if population.pretension is None else population.pretension
-        windows = GroupWindows.of(self.solver, chosen)
+        windows = self._group_windows(population.choice)
         rows = answer_tables.person_rows(self.question, axis, windows, chosen, pretension)
         return (
             f"{table}.parquet",

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
 
 from tendon_cli.answer_record import DecisionRecord
 from tendon_cli.answers.question_facts import choice_values
-from tendon_cli.engine.task import Note
 from tendon_cli.model.kinematics import Rows
 from tendon_cli.space.axis import split_side
 from tendon_cli.studies.study import Study
-from tendon_cli.windows.dependence import without_effect
-from tendon_cli.windows.order import MOST_TIED, Order, Stages, last_stage
+from tendon_cli.windows.candidates import without_effect
+from tendon_cli.windows.order import MOST_TIED, Order, last_stage
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import NEEDED, Solutions
 
@@ -23,25 +21,23 @@ _CHOSEN = ("spool.ratio", "spring.stiffness")
 
 
 def decision_record(
-    question: Question, notes: Sequence[Note], choices: Solutions, best: Solutions, accuracy: float
+    question: Question, solved: Solutions, choices: Solutions, best: Solutions, accuracy: float
 ) -> DecisionRecord:
     """Return the rule by which a choice is named first.
 
     Args:
         question: The question.
-        notes: Notes of all parts.
+        solved: All choices, as its own sample has them.
         choices: Choices that may be named, before any proof.
         best: The choice.
         accuracy: Accuracy of setting as a length of both tendons, m.
     """
     order = Order.of(question)
     with_window = choices.select(choices.feasible)
-    if question.sample.sets_by_sample:
-        left = [len(with_window), *map(len, order.left(with_window))]
-    else:
-        feasible = sum(note["feasible"] for note in notes)
-        stages = (_stages(note["left"]) for note in notes if note["left"])
-        left = [feasible, *order.count_left(stages)]
+    counted = with_window
+    if not question.sample.sets_by_sample:
+        counted = solved.select(solved.feasible)
+    left = [len(counted), *map(len, order.left(counted))]
     rules: list[str] = [*order.rules[:-1]]
     if order.is_front:
         rules = [*order.rules[: -1 - len(order.goals)], "front"]
@@ -60,7 +56,7 @@ def decision_record(
         ties=1,
         tied=[],
         broken_by=[],
-        no_effect=without_effect(note["windows"] for note in notes),
+        no_effect=without_effect(question, solved),
     )
     if left[-1] > 1:
         tied = order.left(with_window)[-1]
@@ -86,36 +82,6 @@ def _by_default(question: Question) -> dict[str, float]:
         for key in _CHOSEN
         if key not in varied | of_sides and np.array_equal(stated[key].array, default[key].array)
     }
-
-
-def is_of_order(question: Question, note: Note) -> bool:
-    """Return True if a note tells which choices the rules leave, and has digests of windows.
-
-    Raises:
-        KeyError: An entry is missing.
-        TypeError: An entry is of another type.
-        ValueError: A text is no number.
-    """
-    stages = _stages(note["left"])
-    rules = Order.of(question).rules[:-1]
-    tells_all = len(stages) == (len(rules) if note["feasible"] else 0)
-    counts = [count for counts in stages for count in counts.values()]
-    most = note["choices"]
-    lengths = {axis.key: len(axis) for axis in question.choices.axes}
-    digests = note["windows"]
-    values = [int(text, 16) for texts in digests.values() for text in texts]
-    return (
-        tells_all
-        and all(len(scores) == place + 1 for place, of in enumerate(stages) for scores in of)
-        and all(type(count) is int and 0 < count <= most for count in counts)
-        and all(len(texts) == lengths[key] for key, texts in digests.items())
-        and all(0 <= value < 2**64 for value in values)
-    )
-
-
-def _stages(left: list[list[tuple[list[str], int]]]) -> Stages:
-    """Return the stages of a part from its note."""
-    return [{tuple(map(float, scores)): count for scores, count in of_rule} for of_rule in left]
 
 
 def _broken_by(order: Order, choices: Solutions, tied: Rows) -> list[str]:

@@ -234,7 +234,8 @@ def _printed(
     judged = None
     if verifier is not None:
         of_sample = verifier.for_question(change.changed(verifier.solver.question, rounded))
-        judged = of_sample.judge_at(choice.points, float(pretension.replace(",", "")))
+        as_printed = np.array([float(pretension.replace(",", ""))])
+        (judged,) = of_sample.judge(choice.points, as_printed)
     return Least(rounded, text, choice, pretension, judged)
 
 

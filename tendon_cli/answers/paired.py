@@ -100,8 +100,8 @@ def paired_shares(
         question.points(np.array([choice.choice]))
         for question, choice in zip(questions, choices, strict=True)
     ]
-    before = first.judge_at(points[0], pretensions[0])
-    now = second.judge_at(points[1], pretensions[1])
+    (before,) = first.judge(points[0], np.array(pretensions[:1]))
+    (now,) = second.judge(points[1], np.array(pretensions[1:]))
     is_gained = now.is_served & ~before.is_served
     is_lost = before.is_served & ~now.is_served
     return replace(

@@ -386,7 +386,7 @@ def _bindings(solver: Solver, points: Points) -> dict[End, Binding]:
     at_once = max(1, _CHANGED_AT_ONCE // len(solver.question.conditions))
     for rows in solver.cut(len(points), at_once):
         changed = points.select(rows)
-        ends = solver.all_limits(solver.ends_at_samples(changed), changed)
+        ends = solver.read(solver.fold(changed), changed)
         solved, _ = solve_windows(solver, changed, ends)
         parts.append(solved)
     return {end: Binding.concatenate([part.binding(end) for part in parts]) for end in ENDS}

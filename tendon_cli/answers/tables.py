@@ -10,7 +10,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
 
 from tendon_cli import say
 from tendon_cli.answer_record import ChoiceRecord
@@ -31,7 +30,7 @@ from tendon_cli.quantities import QUANTITIES, bound_name, unit_of_reading
 from tendon_cli.space.axis import Axis, split_side
 from tendon_cli.space.space import Space
 from tendon_cli.studies.values import RIGID
-from tendon_cli.tables.schema import Column, finite_or_none, stored_values
+from tendon_cli.tables.schema import Column, finite_or_none
 from tendon_cli.typed_record import to_json
 from tendon_cli.windows.advice import ADVICE
 from tendon_cli.windows.by_choice import ColumnArrays
@@ -169,18 +168,17 @@ def choice_rows(question: Question, choices: Solutions) -> ColumnArrays:
 
 
 def completed_rows(
-    question: Question, part: pa.Table, named: Sequence[ChoiceRecord], rows: range
+    question: Question, solved: Solutions, named: Sequence[ChoiceRecord], rows: range
 ) -> ColumnArrays:
     """Return rows of `choices.parquet`, with those that the answer names as it records them.
 
     Args:
         question: The question.
-        part: The same rows as `choice_rows` had them.
+        solved: The choices as they were solved.
         named: Those of them that the answer names.
         rows: Their numbers.
     """
-    columns = choice_columns(question)
-    values = {column.name: stored_values(column, part.column(column.name)) for column in columns}
+    values = {name: np.array(column) for name, column in choice_rows(question, solved).items()}
     flat_rows = [flat(record) for record in named]
     places = [row.choice - rows.start for row in named]
     for column in _solved_columns(question):

@@ -17,6 +17,8 @@ _LEAST_MOVE = 0.05
 """Change of an end below which it is not said, N."""
 _CUFFS = "anchor.stiffness"
 _LEAN = "arm.upper_arm_angle"
+_DIGITS = 2
+"""Digits of a share of the sample that chooses, of some hundreds of draws."""
 _NOBODY = 0.005
 """Share that is as good as none."""
 
@@ -34,16 +36,16 @@ def cuffs_words(record: AnswerResults) -> str:
     best = max(entry.served_anew or 0.0 for entry in softer)
     as_set = min(entry.served or 0.0 for entry in softer)
     if as_set >= record.serve:
-        works = f"this setting still serves at least {say.percent(as_set)}"
+        works = f"this setting still serves at least {say.percent(as_set, _DIGITS)}"
     elif best < _NOBODY:
         works = "no setting works"
     elif best < record.serve:
-        works = f"no setting serves more than {say.percent(best)}"
+        works = f"no setting serves more than {say.percent(best, _DIGITS)}"
     else:
         most = max(entry.served or 0.0 for entry in softer)
         works = (
-            f"it serves {say.percent(as_set)} to {say.percent(most)} as set, and another setting"
-            f" up to {say.percent(best)}"
+            f"it serves {say.percent(as_set, _DIGITS)} to {say.percent(most, _DIGITS)} as set,"
+            f" and another setting up to {say.percent(best, _DIGITS)}"
         )
     return f"This is as if cuffs did not give: {measured} {works}."
 
@@ -54,7 +56,7 @@ def posture_words(record: AnswerResults) -> str:
     if not leaning:
         return ""
     leaning.sort(key=lambda entry: entry.other or 0.0)
-    served = " and ".join(say.percent(entry.served or 0.0) for entry in leaning)
+    served = " and ".join(say.percent(entry.served or 0.0, _DIGITS) for entry in leaning)
     values = [entry.other or 0.0 for entry in leaning]
     step = say.quantity("upper_arm_angle", 0.5 * (max(values) - min(values)))
     return f"with the upper arm {step} farther back or forward it serves {served}"

@@ -23,13 +23,14 @@ from tendon_cli.checks.check_text import (
     verdict_text,
 )
 from tendon_cli.cube.cube import Cube, cube_of
-from tendon_cli.engine.plan import Plan
+from tendon_cli.cube.room import designs_at
 from tendon_cli.engine.results import AnyResult, Run, folder_of, open_result
+from tendon_cli.model.actuator import State
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.motor import motor_rates
-from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.registry import load
+from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import as_numpy
 
 
@@ -114,79 +115,63 @@ def _check_designs(cube: Cube, worst: int) -> dict[str, Any]:
         breaches += breaches_here
         breaches.sort(key=lambda breach: (-breach["excess"], breach["design"]))
         breaches = breaches[:worst]
-    plan = Plan(cube.study)
     return {
         "designs": designs,
         "feasible": feasible,
-        "breaches": [_with_state(breach, plan) for breach in breaches],
+        "breaches": [_with_state(breach, cube.study) for breach in breaches],
         "broken": dict(broken.most_common()),
         "holds": feasible == designs,
     }
 
 
-def _with_state(breach: Breach, plan: Plan) -> Breach:
-    """Add direction and elbow angle (rad) of the state that breaks the limit worst, and return it.
+def _with_state(breach: Breach, study: Study) -> Breach:
+    """Add direction, elbow angle (rad) and, along a motion, time (s) of the state that is worst.
 
-    Nothing is added if the limit is not on states. Along a motion in time the moment is added, too.
+    Nothing is added if the limit is not on states.
     """
-    if plan.study.trajectory is not None:
-        return _with_moment(breach, plan, plan.study.trajectory)
-    limit = LIMITS.get(breach["limit"])
-    speed = plan.study.motion.speed
-    if limit is not None and limit.forms is None:
+    name = breach["limit"]
+    limit = LIMITS.get(name)
+    trajectory = study.trajectory
+    has_power = trajectory is not None and name == "peak_motor_power"
+    if limit is not None and limit.forms is None and not has_power:
         return breach
-    worst = -np.inf
-    for block in plan.blocks(range(breach["design"], breach["design"] + 1)):
-        directions = plan.directions[block.directions]
-        angles = plan.elbow_angles[block.angles]
-        state = plan.state(block)
-        severity: Array
-        if limit is not None:
-            value = limit.value(state, np.nan if speed is None else speed.single)
-            severity = limit.beyond(value, 0.0)
-        elif breach["limit"] == SLACK:
-            severity = state.response.required
-        else:
-            severity = np.where(np.isnan(state.elbow_torque), 1.0, 0.0)
-        values = np.broadcast_to(severity, block.shape).reshape(len(directions), -1)
-        if np.isnan(values).all() or np.nanmax(values) <= worst:
-            continue
-        worst = float(np.nanmax(values))
-        direction, angle = np.unravel_index(int(np.nanargmax(values)), values.shape)
-        flexion = np.broadcast_to(plan.motion(block)[1], values.shape)[direction, angle]
-        breach["direction"] = "flexion" if flexion else "extension"
-        breach["elbow_angle"] = float(angles[angle])
-    return breach
-
-
-def _with_moment(breach: Breach, plan: Plan, trajectory: Trajectory) -> Breach:
-    """Add the time (s) of a motion at which a limit is broken worst, and its state; return it."""
-    # Only a study of motion pays for its import.
-    from tendon_cli.model.motion_window import OF_WHAT_HOLDS
-
-    limit = LIMITS.get(breach["limit"])
-    design = range(breach["design"], breach["design"] + 1)
-    moving = plan.moving(next(iter(plan.blocks(design))))
-    held, turned = moving.counted_states
-    severity: Array
-    if limit is not None and limit.forms is not None:
-        severity = limit.beyond(limit.value(held, np.nan), 0.0)
-        if limit.name not in OF_WHAT_HOLDS:
-            severity = np.fmax(severity, limit.beyond(limit.value(turned, np.nan), 0.0))
-    elif breach["limit"] == "peak_motor_power":
-        severity = motor_rates(held).power
-    elif breach["limit"] == SLACK:
-        severity = np.fmax(held.response.required, turned.response.required)
-    elif breach["limit"] == NO_EQUILIBRIUM:
-        severity = np.where(np.isnan(held.elbow_torque), 1.0, 0.0)
+    design = designs_at(study, np.array([breach["design"]]))
+    if trajectory is None:
+        speed = study.motion.speed
+        state = State.of(design, study.angles.reshape(1, -1), study.flexion)
+        severity = _severity(name, state, np.nan if speed is None else speed.single)
+        shape = np.broadcast_shapes(study.flexion.shape, (len(study.angles),))
+        values = np.broadcast_to(severity, (1, *shape))[0]  # (directions, angles)
     else:
-        return breach
-    times = trajectory.time[trajectory.counted]
-    values = np.broadcast_to(np.ravel(severity), times.shape)
+        # Only a study of motion pays for their import.
+        from tendon_cli.model.motion_window import OF_WHAT_HOLDS
+        from tendon_cli.model.moving import Moving
+
+        held, turned = Moving.of(design, trajectory).counted_states
+        severity = motor_rates(held).power if has_power else _severity(name, held, np.nan)
+        if not has_power and name not in (*OF_WHAT_HOLDS, NO_EQUILIBRIUM):
+            severity = np.fmax(severity, _severity(name, turned, np.nan))
+        values = np.broadcast_to(np.ravel(severity), trajectory.time[trajectory.counted].shape)
     if np.isnan(values).all():
         return breach
-    sample = trajectory.counted.start + int(np.nanargmax(values))
-    breach["direction"] = "flexion" if trajectory.is_flexing[sample] else "extension"
-    breach["elbow_angle"] = float(trajectory.angle[sample])
-    breach["time"] = float(trajectory.time[sample])
+    place = np.unravel_index(int(np.nanargmax(values)), values.shape)
+    if trajectory is None:
+        is_flexing = np.broadcast_to(study.flexion, values.shape)[place]
+        breach["elbow_angle"] = float(study.angles[place[-1]])
+    else:
+        sample = trajectory.counted.start + int(place[0])
+        is_flexing = trajectory.is_flexing[sample]
+        breach["elbow_angle"] = float(trajectory.angle[sample])
+        breach["time"] = float(trajectory.time[sample])
+    breach["direction"] = "flexion" if is_flexing else "extension"
     return breach
+
+
+def _severity(name: str, state: State, speed: float) -> Array:
+    """Return by how much states break a limit; the largest is the worst."""
+    limit = LIMITS.get(name)
+    if limit is not None:
+        return limit.beyond(limit.value(state, speed), 0.0)
+    if name == SLACK:
+        return state.response.required
+    return np.where(np.isnan(state.elbow_torque), 1.0, 0.0)

@@ -17,6 +17,7 @@ from tendon_cli.errors import InputError, UsageError
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.json_schema import key_words
 from tendon_cli.studies.study import Study
+from tendon_cli.studies.study_differences import Difference
 from tendon_cli.units import shorten
 
 TOLERANCE = 1e-9
@@ -48,15 +49,17 @@ def check_since(
         apart: Keys in which the studies may differ.
         worst: Number of persons, draws or designs that are listed.
 
+    A key in which the studies differ is a change, too.
+
     Raises:
         InputError: The baseline is of another kind.
-        UsageError: The studies differ in other keys, or have nothing in common.
+        UsageError: A key is of no study, or the runs have nothing in common.
     """
     if baseline.kind.verb != result.kind.verb:
         problem = f"holds {baseline.kind.noun}, expected {result.kind.noun} as baseline"
         raise InputError(problem, where=str(baseline.folder))
     found = compared(baseline, result, ("the baseline", "this result"))
-    _check_studies(found, baseline.study, result.study, apart)
+    edits = _edits(found, baseline.study, result.study, apart)
     if not found.quantities:
         raise UsageError(found.notes[0])
     is_of_answer = found.quantities[0].table == "choices"
@@ -70,8 +73,9 @@ def check_since(
     within = next((number for number in gated if number.change <= tolerance), None)
     missing = [text for key, text in found.left_out.items() if not _is_within(key, apart)]
     excepted = [text for key, text in found.left_out.items() if _is_within(key, apart)]
-    holds = not beyond and not missing
+    holds = not (beyond or missing or edits)
     record: dict[str, Any] = {
+        "edits": [edit.key for edit in edits],
         "compared": found.compared,
         "missing": missing,
         "excepted": excepted,
@@ -82,7 +86,13 @@ def check_since(
         "holds": holds,
     }
     verdict = "nothing changed" if holds else "changed"
-    lines = [f"{found.b.place}: {verdict} since {found.a.place}", f"  compared: {found.compared}"]
+    lines = [f"{found.b.place}: {verdict} since {found.a.place}"]
+    for edit in edits[:worst]:
+        was, is_now = edit.shown
+        lines.append(f"  {edit.key} was {was}, now {is_now} (--except {edit.key} accepts it)")
+    if len(edits) > worst:
+        lines.append(f"  and {say.counted(len(edits) - worst, 'more key')} of the study")
+    lines.append(f"  compared: {found.compared}")
     if within is not None:
         lines.append(f"  within the tolerance, the largest difference: {_change_words(within)}")
     lines += [f"  not compared, because it may differ: {text}" for text in excepted]
@@ -100,8 +110,14 @@ def _moves(found: Compared) -> Iterator[str]:
         yield from move_words(found)
 
 
-def _check_studies(found: Compared, baseline: Study, study: Study, apart: Sequence[str]) -> None:
-    """Raise UsageError if studies differ in other keys than `apart` and those of rows."""
+def _edits(
+    found: Compared, baseline: Study, study: Study, apart: Sequence[str]
+) -> list[Difference]:
+    """Return the differences of studies in other keys than `apart` and those of rows.
+
+    Raises:
+        UsageError: A key of `apart` is of no study.
+    """
     known: set[str] = set()  # keys, and the tables that they are in
     for key in (*key_words(), *(difference.key for difference in found.differences)):
         parts = key.split(".")
@@ -113,14 +129,7 @@ def _check_studies(found: Compared, baseline: Study, study: Study, apart: Sequen
     varied = {*apart, VERSION}
     if found.b.verb == "sweep":
         varied |= {*_OF_ROWS, *baseline.axes, *study.axes}
-    differing = [each for each in found.differences if not _is_within(each.key, varied)]
-    if differing:
-        lines = [f"{one.key} was {one.shown[0]}, now {one.shown[1]}" for one in differing[:4]]
-        excepts = " ".join(f"--except {one.key}" for one in differing[:4])
-        raise UsageError(
-            f"the baseline belongs to another study: {'; '.join(lines)}",
-            hint=f"{excepts} compares them anyway",
-        )
+    return [edit for edit in found.differences if not _is_within(edit.key, varied)]
 
 
 def _is_within(key: str, keys: Collection[str]) -> bool:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from tendon_cli import say
-from tendon_cli.checks.markdown import escaped
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel, number
 from tendon_cli.model.limits import LIMITS
@@ -24,6 +23,8 @@ WORST = 10
 
 _MOST_ANNOTATED = 12
 """Most lines of a check that an annotation has."""
+
+_ESCAPES = {"&": "&amp;", "<": "&lt;", ">": "&gt;", "|": "\\|", "`": "\\`", "[": "\\["}
 
 Record = Mapping[str, Any]
 
@@ -121,6 +122,13 @@ def place_text(where: Record, cube: Cube) -> str:
             text = shown.text(float(value))
         words.append(text if text.startswith(f"{column} ") else f"{column} {text}")
     return ", ".join(words) or "the only row"
+
+
+def escaped(text: str) -> str:
+    """Escape names from studies, so that nothing in them is read as Markdown or HTML."""
+    for sign, escape in _ESCAPES.items():
+        text = text.replace(sign, escape)
+    return text
 
 
 def annotation(text: str, verdict: str) -> str:

@@ -7,9 +7,9 @@ both have in common: these are computed again, member by member.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple, TypeAlias
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
 
 from tendon_cli.answer_record import (
     AnswerRecord,
@@ -32,7 +32,7 @@ from tendon_cli.answers.paired import (
 )
 from tendon_cli.answers.text import first_words, no_window_words
 from tendon_cli.answers.text_bench import bench_words, suit_words
-from tendon_cli.checks.compare_runs import MOST_NAMES, ROUNDING, judge
+from tendon_cli.checks.compare_runs import MOST_NAMES, ROUNDING, better_of, judge
 from tendon_cli.checks.comparison_record import (
     BindingLimits,
     Compared,
@@ -59,30 +59,20 @@ _LARGEST_OF_SAMPLE = (
 )
 
 
-class ComparedColumn(NamedTuple):
-    """A column of choices that is compared."""
-
-    name: str
-    label: str
-    """Meaning in words."""
-    better: int
-    """1 if more of it is better, -1 if less is, 0 if neither is by itself."""
-
-
-COLUMNS = (
-    ComparedColumn("set_flexor_tension", "to set in the flexor", 0),
-    ComparedColumn("set_extensor_tension", "to set in the extensor", 0),
-    ComparedColumn("pretension", "pretension to set", 0),
-    ComparedColumn("pretension_from", "window from", 0),
-    ComparedColumn("pretension_to", "window to", 0),
-    ComparedColumn("tolerance_length", "half of the window", 1),
-    ComparedColumn("max_tension", "largest tension", -1),
-    ComparedColumn("max_contact_pressure", "strap pressure", -1),
-    ComparedColumn("max_spring_extension", "spring travel", -1),
-    ComparedColumn("peak_motor_torque", "motor torque", -1),
-    ComparedColumn("min_elbow_stiffness", "least elbow stiffness", 1),
-)
-"""Columns that are compared, those that a gauge shows first."""
+LABELS = {
+    "set_flexor_tension": "to set in the flexor",
+    "set_extensor_tension": "to set in the extensor",
+    "pretension": "pretension to set",
+    "pretension_from": "window from",
+    "pretension_to": "window to",
+    "tolerance_length": "half of the window",
+    "max_tension": "largest tension",
+    "max_contact_pressure": "strap pressure",
+    "max_spring_extension": "spring travel",
+    "peak_motor_torque": "motor torque",
+    "min_elbow_stiffness": "least elbow stiffness",
+}
+"""Columns of choices that are compared, with their meaning: those that a gauge shows first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,7 +143,10 @@ def compare_answers(
             )
     if any(one.record.population is not None for one in pair):
         notes.append(_LARGEST_OF_SAMPLE)
-    first, second = (_side(one, label) for one, label in zip(pair, labels, strict=True))
+    first, second = (
+        ComparedResult.of(one.answer, label, _sentence(one), one.record.question.unit)
+        for one, label in zip(pair, labels, strict=True)
+    )
     gained, lost = _moves(pair, paired, differences)
     return Compared(
         first,
@@ -188,21 +181,6 @@ def _with_choices(answers: tuple[Answer, Answer], row: int | None) -> Pair:
     return (
         ComparedAnswer(answers[0], first, choices[0]),
         ComparedAnswer(answers[1], second, choices[1]),
-    )
-
-
-def _side(one: ComparedAnswer, label: str) -> ComparedResult:
-    """Return name, folder and sentence of an answer."""
-    record = one.record
-    return ComparedResult(
-        label=label,
-        folder=None if one.answer.folder is None else str(one.answer.folder),
-        name=record.name,
-        title=record.title,
-        verb=record.verb,
-        study_hash=record.study_hash,
-        sentence=_sentence(one),
-        unit=record.question.unit,
     )
 
 
@@ -246,32 +224,29 @@ def _numbers(pair: Pair, paired: PairedShares | None) -> Iterator[Number]:
         for one in pair
     ]
     if any(choices):
-        yield _word("choice", "choice", choices[0], choices[1])
+        yield _number("choice", "choice", None, *choices)
     does = [one.choice is not None and one.choice.feasible for one in pair]
-    kept = _word("feasible", "keeps the limits for as many as asked", *does)
-    yield kept
+    yield _number("feasible", "keeps the limits for as many as asked", None, *does)
     where = first.axes if first.axes == second.axes else {}
-    for column in COLUMNS:
-        a, b = (_value(column.name, one) for one in pair)
+    reads = sorted({one.record.question.read for one in pair})
+    labels = dict(LABELS)
+    if reads != ["pretension"]:
+        labels["pretension"] = f"to set: {' or '.join(reads)}"
+    for name, label in labels.items():
+        a, b = (_value(name, one) for one in pair)
         if a is None and b is None:
             continue
-        units = [_unit(column.name, one) for one in pair]
-        label = column.label
-        reads = sorted({one.record.question.read for one in pair})
-        if column.name == "pretension" and reads != ["pretension"]:
-            label = f"to set: {' or '.join(reads)}"
-        is_of_gauge = column.name.startswith("pretension")
-        is_comparable = units[0] == units[1] and (len(reads) == 1 or not is_of_gauge)
-        yield Number(
-            column.name,
+        units = sorted({_unit(name, one) for one in pair})
+        is_of_gauge = name.startswith("pretension")
+        is_comparable = len(units) == 1 and (len(reads) == 1 or not is_of_gauge)
+        yield _number(
+            name,
             label,
-            units[0] if is_comparable else " or ".join(sorted(units)),
+            " or ".join(units),
             a,
             b,
-            _judge(column, pair) if is_comparable else None,
-            change=_change(a, b) if is_comparable else math.inf,
-            most=_most(a, b),
-            rows=int(a != b),
+            _judge(name, pair) if is_comparable else None,
+            is_comparable=is_comparable,
             where=where,
         )
     strap = _strap(pair)
@@ -281,10 +256,28 @@ def _numbers(pair: Pair, paired: PairedShares | None) -> Iterator[Number]:
         yield _served(pair, paired)
 
 
-def _word(name: str, label: str, a: Value, b: Value) -> Number:
-    """Return a quantity in words, or a truth."""
+def _number(
+    name: str,
+    label: str,
+    unit: str | None,
+    a: Any,
+    b: Any,
+    verdict: Judgement | None = None,
+    *,
+    is_comparable: bool = True,
+    **more: Any,
+) -> Number:
+    """Return a quantity of both choices with its change; words and truths have no unit."""
     change = 0.0 if a == b else math.inf
-    return Number(name, label, None, a, b, change=change, rows=int(a != b))
+    most = None
+    if unit is not None and a is not None and b is not None:
+        most = abs(b - a)
+        if a != b:
+            change = most / max(abs(a), abs(b))
+    if not is_comparable:
+        change = math.inf
+    rows = int(a != b)
+    return Number(name, label, unit, a, b, verdict, change=change, most=most, rows=rows, **more)
 
 
 def _value(name: str, one: ComparedAnswer) -> float | None:
@@ -292,20 +285,6 @@ def _value(name: str, one: ComparedAnswer) -> float | None:
     if name in ("pretension_from", "pretension_to") and not one.has_window:
         return None
     return one.value(name)
-
-
-def _change(a: float | None, b: float | None) -> float:
-    """Return the difference of two numbers as a share of the larger one; infinite without one."""
-    if a == b:
-        return 0.0
-    if a is None or b is None:
-        return math.inf
-    return abs(b - a) / max(abs(a), abs(b))
-
-
-def _most(a: float | None, b: float | None) -> float | None:
-    """Return the difference of two numbers; None if one of them has no value."""
-    return None if a is None or b is None else abs(b - a)
 
 
 def _unit(name: str, one: ComparedAnswer) -> str:
@@ -316,21 +295,22 @@ def _unit(name: str, one: ComparedAnswer) -> str:
     return quantity.unit
 
 
-def _judge(column: ComparedColumn, pair: Pair) -> Judgement | None:
+def _judge(name: str, pair: Pair) -> Judgement | None:
     """Judge a column of the second answer beside that of the first; None if neither is better."""
     first, second = pair
-    if not column.better:
+    better = better_of(name)
+    if not better:
         return None
-    if column.name == "tolerance_length":
+    if name == "tolerance_length":
         return _judge_tolerance(first, second)
-    before = first.value(column.name)
-    now = second.value(column.name)
+    before = first.value(name)
+    now = second.value(name)
     if before is None or now is None or not (first.has_window and second.has_window):
         return None  # at the pretension of a choice without a window nothing is worth comparing
-    if column.better < 0:
+    if better < 0:
         before = abs(before)
         now = abs(now)
-    return judge(column.better, before, now)
+    return judge(better, before, now)
 
 
 def _judge_tolerance(first: ComparedAnswer, second: ComparedAnswer) -> Judgement:
@@ -379,17 +359,7 @@ def _strap(pair: Pair) -> Number | None:
             return None
         widths.append(parts.strap.least_width)
     a, b = widths
-    return Number(
-        "contact_width",
-        "strap width, at least",
-        "m",
-        a,
-        b,
-        judge(-1, a, b),
-        change=_change(a, b),
-        most=_most(a, b),
-        rows=int(a != b),
-    )
+    return _number("contact_width", "strap width, at least", "m", a, b, judge(-1, a, b))
 
 
 # --- Whom they serve ------------------------------------------------------------------------------
@@ -442,18 +412,16 @@ def _served(pair: Pair, paired: PairedShares | None) -> Number:
             verdict = "better" if low > 0.0 else "worse"
     elif is_comparable and a is not None and b is not None:
         verdict = judge(1, a, b)
-    return Number(
+    return _number(
         "served",
         "share served",
         "1",
         a,
         b,
         verdict,
-        interval,
-        spans,
-        change=_change(a, b) if is_comparable else math.inf,
-        most=_most(a, b),
-        rows=int(a != b),
+        is_comparable=is_comparable,
+        interval=interval,
+        spans=spans,
     )
 
 
@@ -487,51 +455,56 @@ def _moves(
     pair: Pair, paired: PairedShares | None, differences: Sequence[Difference]
 ) -> tuple[Move | None, Move | None]:
     """Return whom the second answer serves and the first does not, and the other way round."""
-    served = (_served_by_name(pair[0]), _served_by_name(pair[1]))
-    before, now = served
-    has_same_names = before is not None and now is not None and before.keys() == now.keys()
-    if has_same_names and "draw" in pair[0].record.question.counts:
-        has_same_names = why_other_draws(pair[0].answer.study, pair[1].answer.study) is None
-    axes = pair[0].record.question.conditions
-    drawn = tuple(f"table.{axis.column}." for axis in axes if axis.drawn)
-    if any(difference.key.startswith(drawn) for difference in differences):
-        has_same_names = False  # rows of the same names set other numbers
-    moves: list[Move | None] = []
-    for one, loses, gains in ((pair[0], before, now), (pair[1], now, before)):
-        names: list[str] = []
-        own = 0
+    before, now = (_served_by_name(one) for one in pair)
+    if before is None or now is None or not _are_the_same(before, now, pair, differences):
+        before = now = {}
+    if not before and paired is None:
+        return None, None
+    gained = [member for member in before if now[member] and not before[member]]
+    lost = [member for member in before if before[member] and not now[member]]
+    moves = []
+    for one, members, is_gain in ((pair[0], gained, True), (pair[1], lost, False)):
+        names = [str(member[0]) for member in members]
         kind = _members(one)
-        if has_same_names and loses is not None and gains is not None:
-            own = len(loses)
-            names = [str(member[0]) for member in loses if gains[member] and not loses[member]]
-        is_gain = one is pair[0]
-        count = len(names)
-        of = own
-        share = len(names) / (own or 1)
-        one_of_fresh = None
-        noun = kind
-        if paired is not None:
-            noun = paired.kind
-            of = paired.members
-            count = paired.gained_members if is_gain else paired.lost_members
-            share = paired.gained if is_gain else paired.lost
-            one_of_fresh = paired.gained_one if is_gain else paired.lost_one
-        if not of:
-            return None, None
-        moves.append(
-            Move(
-                noun,
-                count,
-                of,
-                share,
-                names[:MOST_NAMES],
-                len(names),
-                kind if own else noun,
-                own,
-                [*_why_unserved(one, names, one_of_fresh)],
-            )
+        move = Move(
+            kind=kind,
+            count=len(names),
+            of=len(before),
+            share=len(names) / (len(before) or 1),
+            names=names[:MOST_NAMES],
+            named=len(names),
+            named_kind=kind,
+            named_of=len(before),
         )
+        of_fresh = None
+        if paired is not None:
+            of_fresh = paired.gained_one if is_gain else paired.lost_one
+            move = replace(
+                move,
+                kind=paired.kind,
+                count=paired.gained_members if is_gain else paired.lost_members,
+                of=paired.members,
+                share=paired.gained if is_gain else paired.lost,
+                named_kind=kind if before else paired.kind,
+            )
+        moves.append(replace(move, why=[*_why_unserved(one, names, of_fresh)]))
     return moves[0], moves[1]
+
+
+def _are_the_same(
+    before: Mapping[Member, bool],
+    now: Mapping[Member, bool],
+    pair: Pair,
+    differences: Sequence[Difference],
+) -> bool:
+    """Return True if members of the same name are the same persons or draws in both answers."""
+    question = pair[0].record.question
+    if before.keys() != now.keys():
+        return False
+    if "draw" in question.counts and why_other_draws(*(one.answer.study for one in pair)):
+        return False
+    drawn = tuple(f"table.{axis.column}." for axis in question.conditions if axis.drawn)
+    return not any(difference.key.startswith(drawn) for difference in differences)
 
 
 _RESULTS_OF_MEMBERS = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import TypeAlias
 
 import numpy as np
 
@@ -41,6 +41,7 @@ _BETTER = {
     "efficiency": 1,
     "spool_travel": -1,
     "rms_motor_torque": -1,
+    "tolerance_length": 1,
 }
 """Columns whose names do not say it: 1 if more is better, -1 if less is."""
 _NEUTRAL = ("peak_elbow_torque",)
@@ -48,12 +49,8 @@ _NEUTRAL = ("peak_elbow_torque",)
 _BY_PREFIX = {"min_": 1, "max_": -1, "peak_": -1}
 
 
-class Judged(NamedTuple):
-    """Both values of a column, and the judgement on the second."""
-
-    a: float | None
-    b: float | None
-    verdict: Judgement | None
+Judged: TypeAlias = tuple[float | None, float | None, Judgement | None]
+"""Both values of a column, and the judgement on the second."""
 
 
 def judge(better: int, before: float, now: float) -> Judgement:
@@ -114,15 +111,14 @@ def compare_runs(
         counts.append(
             f"{say.counted(len(each.columns), 'column')} of {say.counted(each.rows, noun)}"
         )
-    breaking = pair.breaking()
     feasible = pair.both("feasible")
     return Compared(
         first,
         second,
         differences,
         [number for each in pairs for number in _numbers(each)],
-        gained=_move(pair, feasible[1] > feasible[0], breaking[0]),
-        lost=_move(pair, feasible[0] > feasible[1], breaking[1]),
+        gained=_move(pair, feasible[1] > feasible[0], pair.breaking(0)),
+        lost=_move(pair, feasible[0] > feasible[1], pair.breaking(1)),
         compared=" and ".join(counts),
         left_out=left_out,
         notes=[*_notes(pair, labels[1])],
@@ -146,16 +142,8 @@ def _side(run: Run, label: str) -> ComparedResult:
     record = run.record
     feasible = say.share(record["feasible"], record["designs"], "design")
     slack = say.share(record["slack"], record["states"], "state")
-    return ComparedResult(
-        label=label,
-        folder=None if run.folder is None else str(run.folder),
-        name=record["name"],
-        title=record["title"],
-        verb=record["verb"],
-        study_hash=record["study_hash"],
-        sentence=f"{feasible} feasible: taut, stable and within every limit; {slack} slack.",
-        unit=unit_of_reading(run.study.setting.read),
-    )
+    sentence = f"{feasible} feasible: taut, stable and within every limit; {slack} slack."
+    return ComparedResult.of(run, label, sentence, unit_of_reading(run.study.setting.read))
 
 
 def _notes(pair: TablePair, label: str) -> Iterator[str]:
@@ -226,16 +214,16 @@ def _judged(
 ) -> Judged:
     """Return the values of a column: shares of flags, the worst, or those that differ most."""
     if name == "status":
-        return Judged(None, None, None)
+        return None, None, None
     if name in FLAGS:
         shares = (float(np.mean(first)), float(np.mean(second)))
-        return Judged(*shares, judge(1, *shares) if name == "feasible" else None)
+        return *shares, judge(1, *shares) if name == "feasible" else None
     better = better_of(name)
     if not better or pair.first.kind != "designs":
-        return Judged(finite_or_none(float(first[row])), finite_or_none(float(second[row])), None)
+        return finite_or_none(float(first[row])), finite_or_none(float(second[row])), None
     a, b = (_worst(name, values) for values in (first, second))
     verdict = None if a is None or b is None else judge(better, a, b)
-    return Judged(a, b, verdict)
+    return a, b, verdict
 
 
 def _worst(name: str, values: Array) -> float | None:

@@ -40,6 +40,7 @@ class Comparison(Displayed):
     """Each later result beside the first."""
 
     drawn_by: ClassVar[str] = "tendon_cli.face.page_of_comparison"
+    documented: ClassVar[tuple[str, ...]] = ("markdown",)
 
     @property
     def sides(self) -> list[ComparedResult]:

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Literal, TypeAlias
 
 from tendon_cli.checks.check_text import finite
+from tendon_cli.engine.results import Result
 from tendon_cli.studies.study_differences import Difference
 
 Judgement: TypeAlias = Literal["better", "worse", "no difference"]
@@ -33,6 +34,14 @@ class ComparedResult:
     """Its answer in a sentence or two."""
     unit: str
     """Unit of what is read, "N" or "N m"; that of pretensions."""
+
+    @classmethod
+    def of(cls, result: Result, label: str, sentence: str, unit: str) -> ComparedResult:
+        """Return a result of a comparison, with what its texts say of it."""
+        record = result.record
+        about = [record[name] for name in ("name", "title", "verb", "study_hash")]
+        folder = None if result.folder is None else str(result.folder)
+        return cls(label, folder, *about, sentence, unit)
 
     @property
     def place(self) -> str:

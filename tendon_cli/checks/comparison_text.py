@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from tendon_cli import say
+from tendon_cli.checks.check_text import escaped
 from tendon_cli.checks.comparison_record import Compared, Move, Number, Value
-from tendon_cli.checks.markdown import escaped
 from tendon_cli.quantities import AS_READ, QUANTITIES
 from tendon_cli.say import Block
 

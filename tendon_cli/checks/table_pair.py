@@ -126,12 +126,8 @@ class TablePair:
             values[axis.column] = str(value) if axis.is_text else float(value)
         return values
 
-    def breaking(self) -> tuple[Breaking, Breaking]:
-        """Return the common rows that break each limit in the first table, and in the second."""
-        return self._breaking(0), self._breaking(1)
-
-    def _breaking(self, place: int) -> Breaking:
-        """Return the common rows that break each limit in one of the tables."""
+    def breaking(self, place: int) -> Breaking:
+        """Return the common rows that break each limit in the first table, 0, or the second, 1."""
         cube = (self.first, self.second)[place]
         names = [name for name in columns_that_judge(cube) if name in cube.columns]
         columns: dict[str, Any] = {name: self._column(place, name) for name in names}
@@ -163,8 +159,7 @@ def difference(
 
 def _common(first: Axis, second: Axis) -> tuple[Rows, Rows]:
     """Find the positions of the common values on two axes; of numbers in ascending order."""
-    tokens = [np.array([_token(value) for value in axis.values]) for axis in (first, second)]
-    _, ours, theirs = np.intersect1d(tokens[0], tokens[1], return_indices=True)
+    _, ours, theirs = np.intersect1d(_tokens(first), _tokens(second), return_indices=True)
     if not len(ours):
         raise UsageError(
             f"the runs have no value of {first.key} in common",
@@ -176,18 +171,21 @@ def _common(first: Axis, second: Axis) -> tuple[Rows, Rows]:
 
 def _single(axis: Axis, other: Study) -> Rows:
     """Find the position on an axis of the single value that the other study has of it."""
-    if axis.key in other.numbers:
-        number = other.numbers[axis.key]
-        value = None if number.is_axis or number.is_interval else number.single
-        for place, candidate in enumerate(axis.values):
-            if value is not None and _token(candidate) == _token(value):
-                return np.array([place], dtype=np.int64)
+    number = other.numbers.get(axis.key)
+    if number is not None and not (number.is_axis or number.is_interval):
+        places = np.flatnonzero(_tokens(axis) == _token(number.single))
+        if len(places):
+            return places[:1].astype(np.int64)
     if len(axis) == 1:
         return np.zeros(1, dtype=np.int64)
     raise UsageError(
         f"only one of the runs has the axis {axis.key}, "
         "and it does not contain the other run's value"
     )
+
+
+def _tokens(axis: Axis) -> npt.NDArray[np.str_]:
+    return np.array([_token(value) for value in axis.values])
 
 
 def _token(value: Any) -> str:

@@ -105,7 +105,7 @@ def tables(ctx: typer.Context) -> list[Any]:
 def cases(ctx: typer.Context) -> list[Any]:
     """Return the cases of the study that the line names."""
     study = _study(ctx)
-    return [case.name for case in study.cases] if study is not None else []
+    return list(study.cases.names) if study is not None and study.cases else []
 
 
 def rows(ctx: typer.Context) -> list[Any]:

@@ -3,6 +3,7 @@
 import contextlib
 import inspect
 import json
+import shlex
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -107,16 +108,24 @@ def _compute(
 
     options.refuse_both("--resume", resume, "--overwrite", overwrite)
     keep_freed_memory()
-    with stopped_by_signals(str(out or "results")) as stop:
-        all_settings = list(settings or ())
-        if kind.setting is not None and texts:
-            all_settings.append(f"{kind.setting.key}={json.dumps(texts)}")
-        loaded = tendon.study(study, all_settings)
-        folder = out or Path("results", f"{loaded.name}{kind.suffix}")
-        if dry_run:
-            record, text = face.size(kind.verb, loaded, folder, jobs, not no_figures)
-            print_result(record if as_json else text, unless=quiet and not as_json)
-            return
+    all_settings = list(settings or ())
+    if kind.setting is not None and texts:
+        all_settings.append(f"{kind.setting.key}={json.dumps(texts)}")
+    loaded = tendon.study(study, all_settings)
+    folder = out or Path("results", f"{loaded.name}{kind.suffix}")
+    if dry_run:
+        record, text = face.size(kind.verb, loaded, folder, jobs, not no_figures)
+        print_result(record if as_json else text, unless=quiet and not as_json)
+        return
+    words = [
+        "tendon",
+        kind.verb,
+        str(study),
+        *(word for one in all_settings for word in ("--set", one)),
+    ]
+    if out is not None:
+        words += ["--out", str(out)]
+    with stopped_by_signals(str(folder), shlex.join([*words, "--resume"])) as stop:
 
         def confirm(task: "Task") -> None:
             if task.seconds > _LONG and not quiet:
@@ -151,10 +160,13 @@ def _compute(
 
 def _duration(seconds: float) -> str:
     """Say a duration to one digit: "40 s", "3 min", "2 h"."""
+    from tendon_cli import say
+
     unit, size = next(
         (unit, size) for unit, size in (("h", 3600), ("min", 60), ("s", 1)) if seconds >= 1.5 * size
     )
-    return f"{seconds / size:.1g} {unit}" if seconds < 10 * size else f"{seconds / size:.0f} {unit}"
+    count = seconds / size
+    return f"{say.number(count, 1) if count < 10 else say.number(round(count))} {unit}"
 
 
 def _announce(

@@ -65,7 +65,10 @@ FitFigureOption = Annotated[
     Path | None, options.output_option("draw readings and fit: .png, .svg, .pdf")
 ]
 FragmentOption = Annotated[
-    Path | None, options.output_option("write the coefficient to a file for [sheath] friction_from")
+    Path | None,
+    options.output_option(
+        "write the coefficient to a file for [sheath] friction_from", "FILE", *options.OUT
+    ),
 ]
 
 

@@ -22,7 +22,9 @@ SuitFigureOption = Annotated[
 ]
 SuitFragmentOption = Annotated[
     Path | None,
-    options.output_option("write the numbers to a file for `fitted_from` of a study"),
+    options.output_option(
+        "write the numbers to a file for `fitted_from` of a study", "FILE", *options.OUT
+    ),
 ]
 
 

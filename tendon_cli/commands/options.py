@@ -3,6 +3,7 @@
 # No `from __future__ import annotations` in the commands: typer would compile each annotation
 # anew, at every start.
 
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
@@ -108,16 +109,35 @@ def refuse_both(first: str, has_first: bool, second: str, has_second: bool) -> N
         raise UsageError(f"{first} and {second} conflict", hint="give only one of them")
 
 
-def output_option(text: str, metavar: str = "FILE") -> Any:
+def output_option(text: str, metavar: str = "FILE", *names: str) -> Any:
     """Make an option that names a file or folder to write."""
-    return option(metavar, text, parser=results_path)
+    return option(metavar, text, *names, parser=results_path)
 
 
+OUT = ("--out", "-o")
+"""Names of the option for what a command writes."""
+
+
+def hint_at_study(command: str) -> str:
+    """Return a hint for a command without a study: the one here, or a way to a first one."""
+    from tendon_cli.studies.load import studies_in
+    from tendon_cli.units import shorten
+
+    names = [file.name for file in studies_in(Path())]
+    if len(names) == 1:
+        return f"this folder has one: {shlex.join(['tendon', command, *names])}"
+    if names:
+        return f"studies here: {', '.join(map(shorten, names[:3]))}"
+    return "`tendon init` writes a study to start from"
+
+
+STUDY = "STUDY"
+"""Name of the argument that is a study."""
 StudyArgument = Annotated[
     Path,
     typer.Argument(
         parser=read_path,
-        metavar="STUDY",
+        metavar=STUDY,
         help="study file, TOML or YAML; - reads it from standard input",
     ),
 ]
@@ -143,7 +163,7 @@ RowOption = Annotated[
         "TABLE=NAME", "take this row of a table; repeatable", "--row", completer=completion.rows
     ),
 ]
-OutFileOption = Annotated[Path | None, output_option("file to write")]
+OutFileOption = Annotated[Path | None, output_option("file to write", "FILE", *OUT)]
 JsonOption = Annotated[bool, typer.Option("--json", help="print exactly one JSON object")]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
 
@@ -152,7 +172,9 @@ QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing 
 OutFolderOption = Annotated[
     Path | None,
     output_option(
-        "folder to write to; default: results/<name>, or results/<name>-design for an answer", "DIR"
+        "folder to write to; default: results/<name>, or results/<name>-design for an answer",
+        "DIR",
+        *OUT,
     ),
 ]
 JobsOption = Annotated[

@@ -153,7 +153,9 @@ def compare(
 
 PageOption = Annotated[
     Path | None,
-    options.output_option("file to write; default: report.html in the run's folder"),
+    options.output_option(
+        "file to write; default: report.html in the run's folder", "FILE", *options.OUT
+    ),
 ]
 
 
@@ -250,7 +252,7 @@ def plot(
     overwrite: options.OverwriteFileOption = False,
     as_json: options.JsonOption = False,
 ) -> None:
-    """Draw figures of a run, of any table, of an answer, or of the arm of a study."""
+    """Draw figures of a run, of any table of tendon's, of an answer, or of the arm of a study."""
     if str(source) == "-":
         raise UsageError(
             "a figure needs a file or a folder, not standard input",
@@ -475,6 +477,15 @@ LocaleOption = Annotated[
 UnitsOption = Annotated[
     str, options.option("si|study", "SI units, or those of studies, such as mm", "--units")
 ]
+RoundOption = Annotated[
+    int | None,
+    options.option(
+        "DIGITS",
+        "round to so many significant digits, as a paper's table has them",
+        "--round",
+        parser=options.number_parser("--round", 1),
+    ),
+]
 
 
 def _export_choice(source: Path, to: str, file: Path, choice: int | None, overwrite: bool) -> Path:
@@ -501,6 +512,7 @@ def export(
     columns: options.ColumnsOption = None,
     locale: LocaleOption = "en",
     units: UnitsOption = "si",
+    digits: RoundOption = None,
     overwrite: options.OverwriteFileOption = False,
     as_json: options.JsonOption = False,
 ) -> None:
@@ -509,11 +521,17 @@ def export(
     For a study, --table names one of its [[table]] entries, whose rows are written.
     """
     if to is not None:
-        of_tables = {"--table": table, "--where": where, "--columns": columns}
-        given = [flag for flag, value in of_tables.items() if value]
-        if given or locale != "en" or units != "si":
-            flag = (given or ["--locale" if locale != "en" else "--units"])[0]
-            raise UsageError(f"{flag} is for tables, and --to writes none")
+        of_tables = {
+            "--table": table,
+            "--where": where,
+            "--columns": columns,
+            "--locale": locale != "en",
+            "--units": units != "si",
+            "--round": digits,
+        }
+        for flag, value in of_tables.items():
+            if value:
+                raise UsageError(f"{flag} is for tables, and --to writes none")
         written = str(_export_choice(source, to, file, choice, overwrite))
         print_result({"file": written} if as_json else f"{written} written")
         return
@@ -522,7 +540,7 @@ def export(
     from tendon_cli.cube.rows import CsvForm, rows_in
     from tendon_cli.cube.rows import export as write_rows
 
-    form = CsvForm(locale, units)
+    form = CsvForm(locale, units, digits)
     rows = rows_in(source, table, where or (), options.split_names(columns))
     _print_notes(rows.table)
     with contextlib.suppress(OSError):

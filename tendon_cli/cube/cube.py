@@ -393,7 +393,7 @@ def study_of(table: AnyTable) -> Study:
     if isinstance(table, WorkedOut):
         return table.study
     try:
-        return recorded_study(table.facts["study"])
+        return recorded_study(table.facts["study"], table.facts["results_version"])
     except _UNREADABLE:
         raise foreign(table) from None
 

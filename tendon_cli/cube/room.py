@@ -114,7 +114,7 @@ def _state_values(study: Study, limit: DesignLimit, designs: Rows) -> Floats:
 
 def _states_at(study: Study, designs: Rows) -> State:
     """Return all states of designs by number; along a trajectory those that hold."""
-    at = _designs_at(study, designs)
+    at = designs_at(study, designs)
     if study.trajectory is None:
         return State.of(at, study.angles.reshape(1, -1), study.flexion)
     from tendon_cli.model.moving import Moving  # only a study of motion pays for its import
@@ -122,7 +122,7 @@ def _states_at(study: Study, designs: Rows) -> State:
     return Moving.of(at, study.trajectory).state
 
 
-def _designs_at(study: Study, designs: Rows) -> Design:
+def designs_at(study: Study, designs: Rows) -> Design:
     """Return designs by number, along one axis before those of directions and angles."""
     from tendon_cli.model.motor import select_points  # only states pay for its import
 

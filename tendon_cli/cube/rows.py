@@ -150,6 +150,8 @@ class CsvForm:
     """Language that decides on the decimal sign and on the sign between columns."""
     units: str = "si"
     """si, or study: the units in which studies are written and people read, such as mm and deg."""
+    digits: int | None = None
+    """Significant digits; None for all."""
 
     def __post_init__(self) -> None:
         _check_known(self.locale, _LOCALES, "--locale")
@@ -192,10 +194,18 @@ class CsvForm:
             return column
         if self.units == "study" and quantity is not None and say.factor_of(quantity) != 1.0:
             column = pc.divide(column, say.factor_of(quantity))
+        if self.digits is not None:
+            column = pa.chunked_array([_rounded(column, self.digits)], type=pa.float64())
         if not (self._has_comma or is_rigid):
             return column
         texts = pc.replace_substring(column.cast(pa.string()), "inf", "rigid")
         return pc.replace_substring(texts, ".", ",") if self._has_comma else texts
+
+
+def _rounded(column: pa.ChunkedArray, digits: int) -> list[float | None]:
+    """Return numbers to some significant digits."""
+    values: list[float | None] = column.to_pylist()
+    return [None if value is None else float(f"{value:.{digits}g}") for value in values]
 
 
 @cache

@@ -45,7 +45,9 @@ def table_in(
     wanted: str | None = None,
     asked: Collection[str] = (),
     *,
-    order: Sequence[str] | None = None,
+    is_drawn: bool = False,
+    study: Study | None = None,
+    records: Mapping[str, Any] | None = None,
 ) -> AnyTable:
     """Open the table that a path means, every byte verified.
 
@@ -54,54 +56,31 @@ def table_in(
 
     Args:
         path: A table, the folder of a run or an answer, a CSV file of people, or a study.
-        wanted: Name of the table in the folder; None for the first in `order` that has `asked`.
+        wanted: Name of the table in the folder; None for the first that has `asked`.
         asked: Columns that the table must have.
-        order: Names of tables, preferred ones first; None for all, in the order of their kinds.
+        is_drawn: True for a table of designs or states alone, to be drawn.
+        study: Its study, if the caller has it already.
+        records: Records in its folder by the names of their files, if the caller has them already.
 
     Raises:
         InputError: There is no table.
         UsageError: The folder does not have the wanted table.
     """
-    if path.suffix.lower() == ".csv":
+    if not is_drawn and path.suffix.lower() == ".csv":
         return _people_in(path)
-    if wanted is not None and wanted not in table_kinds():
-        study = _study_at(path)
-        rows = next((rows for rows in study.row_tables if rows.key == wanted), None)
+    if not is_drawn and wanted is not None and wanted not in table_kinds():
+        rows = _rows_in(path, wanted)
         if rows is not None:
-            return _table_of_rows(rows)
-        known = [rows.key for rows in study.row_tables]
-        if path.is_file() and path.suffix.lower() in STUDY_FILES:
-            hint = hint_at_nearest(wanted, known) or f"its tables: {', '.join(known) or 'none'}"
-            problem = f'the study has no table "{shorten(wanted)}"'
-            raise UsageError(problem, where=str(path), hint=hint)
-    return table_at(path, wanted, asked, order=order)
-
-
-def table_at(
-    path: Path,
-    wanted: str | None = None,
-    asked: Collection[str] = (),
-    *,
-    order: Sequence[str] | None = None,
-    study: Study | None = None,
-    records: Mapping[str, Any] | None = None,
-) -> AnyTable:
-    """Open the table that a path means, as `table_in` does, except CSV files of people.
-
-    Args:
-        path: See `table_in`.
-        wanted: See `table_in`.
-        asked: See `table_in`.
-        order: See `table_in`.
-        study: Its study, if the caller has it already.
-        records: Records in its folder by the names of their files, if the caller has them already.
-    """
-    asked = {column_named(name) for name in asked}
+            return rows
+    order = _DRAWN if is_drawn else None
     is_folder = _is_folder(path)
     if not is_folder:
         file_of(path, wanted)
+    elif is_drawn and not tables_of(path, order):
+        raise _nothing_to_draw(path)
     if records is None:
         records = records_in(path if is_folder else path.parent)
+    asked = {column_named(name) for name in asked}
     if wanted == "states" or (wanted is None and asked & _ONLY_IN_STATES):
         states = _states_in(path, asked, records, study)
         if states is not None:
@@ -114,25 +93,16 @@ def table_at(
     return open_table(file_of(path, wanted, order=order), records)
 
 
-def table_of_study(
-    path: Path,
-    wanted: str | None = None,
-    asked: Collection[str] = (),
-    study: Study | None = None,
-    records: Mapping[str, Any] | None = None,
-) -> AnyTable:
-    """Open a table of designs or states, to be drawn; takes and raises what `table_at` does."""
-    if _is_folder(path) and not tables_of(path, _DRAWN):
-        hint = "run `tendon sweep`"
-        if any((path / name).exists() for name in record_names() if name != SWEEP.record):
-            hint = (
-                f"`tendon plot {path}` draws its figures, with --between its window over the angle;"
-                f" `tendon report {path}` writes a page with all"
-            )
-        raise InputError(
-            "holds neither designs.parquet nor states.parquet", where=str(path), hint=hint
+def _nothing_to_draw(path: Path) -> InputError:
+    """Return the error of a folder without designs and states."""
+    hint = "run `tendon sweep`"
+    if any((path / name).exists() for name in record_names() if name != SWEEP.record):
+        hint = (
+            f"`tendon plot {path}` draws its figures, with --between its window over the angle;"
+            f" `tendon report {path}` writes a page with all"
         )
-    return table_at(path, wanted, asked, order=_DRAWN, study=study, records=records)
+    problem = "holds neither designs.parquet nor states.parquet"
+    return InputError(problem, where=str(path), hint=hint)
 
 
 def file_of(path: Path, wanted: str | None = None, *, order: Sequence[str] | None = None) -> Path:
@@ -189,8 +159,14 @@ def _states_in(
         records: Records in the folder, by the names of their files.
         study: The study, if the caller has it already.
     """
-    table = _table_of_run(path, records)
-    if table is None or table.facts["table"] not in _DRAWN:
+    file = path
+    if _is_folder(path):
+        names = tables_of(path, _DRAWN)
+        if not names:
+            return None
+        file = path / f"{names[0]}.parquet"
+    table = open_table(file, records)
+    if table.facts["table"] not in _DRAWN:
         return None
     held = set(TableColumns.of(table.schema).quantities)
     if table.facts["table"] == "states" and set(asked) <= held:
@@ -207,21 +183,26 @@ def _states_in(
     return WorkedOut(study_of(table) if study is None else study, table.files)
 
 
-def _table_of_run(path: Path, records: Mapping[str, Any]) -> AnyTable | None:
-    """Open a table, or in the folder of a run its states or else its designs; None without any."""
-    if _is_folder(path):
-        names = tables_of(path, _DRAWN)
-        return open_table(path / f"{names[0]}.parquet", records) if names else None
-    if path.suffix == ".parquet" and path.exists():
-        return open_table(path, records)
-    return None
+def _rows_in(path: Path, wanted: str) -> TableInMemory | None:
+    """Return a `[[table]]` of a study by its name; None if the run in a folder has none of it.
 
+    Args:
+        path: File of the study, or the folder of its run or its answer.
+        wanted: Name of the table.
 
-def _study_at(path: Path) -> Study:
-    """Return the study of a file, or of the run or the answer in a folder; raises InputError."""
-    if path.suffix.lower() in STUDY_FILES:
-        return load_study(path)
-    return study_of(table_at(path))
+    Raises:
+        UsageError: The study has no such table.
+    """
+    is_study = path.suffix.lower() in STUDY_FILES
+    study = load_study(path) if is_study else study_of(table_in(path))
+    tables = {rows.key: rows for rows in study.row_tables}
+    if wanted in tables:
+        return _table_of_rows(tables[wanted])
+    if not is_study:
+        return None
+    hint = hint_at_nearest(wanted, tables) or f"its tables: {', '.join(tables) or 'none'}"
+    problem = f'the study has no table "{shorten(wanted)}"'
+    raise UsageError(problem, where=str(path), hint=hint)
 
 
 def _table_of_rows(rows: RowTable) -> TableInMemory:

@@ -9,13 +9,14 @@ import zlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import kernel
 from tendon_cli.engine.plan import Block, Plan, bounds_of
+from tendon_cli.engine.window_fold import fold_ends, named_ends
 from tendon_cli.model import extremes, window
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
@@ -23,7 +24,7 @@ from tendon_cli.model.extremes import Extremes
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import EXTENSOR_SLACK, FLEXOR_SLACK, LIMITS
 from tendon_cli.model.trajectory import Trajectory
-from tendon_cli.model.window import drop_state_axes
+from tendon_cli.model.window import Window, drop_state_axes
 from tendon_cli.space.axis import PRETENSION, limit_of
 
 if TYPE_CHECKING:
@@ -220,38 +221,19 @@ class Folds:
 
     def _windows(self, block: Block, design: Design) -> Extremes:
         """Work out the windows of a block, N; an end that nothing bounds is NaN."""
-        plan = self.plan
         bounds = self._bounds
-        trajectory = plan.study.trajectory
-        required: Extremes = {}
+        motion = self.plan.motion(block)
+        ends = fold_ends(design, block.shape[:-2], *motion, bounds)
+        columns: Extremes = {}
+        trajectory = self.plan.study.trajectory
         if trajectory is not None:
-            ends = self._ends_along(design, trajectory, bounds)
-            low = ends["low"]
-            high = ends["high"]
-            required = {_REQUIRED: ends[_REQUIRED]}
+            columns[_REQUIRED] = _required_along(cast("Window", ends), design, trajectory)
         elif bounds.asks_power:
-            from tendon_cli.model.power_window import within_power  # only power pays for its import
-
-            motion = plan.motion(block)
-            of_forms = window.window(design, *motion, bounds)
-            within = within_power(of_forms, design, *motion, bounds)
-            low = within.low
-            high = within.high
-        else:
-            folded = window.begin(block.shape[:-2])
-            angles = len(plan.elbow_angles)
-            for stretch in self._stretches(block):
-                state = plan.state(stretch, design)
-                first_angle = stretch.angles.start
-                kernel.fold_window(folded, state, bounds, stretch.shape, first_angle, angles)
-            low, high = window.pretensions(folded, design, bounds)
-        low = window.reading_of(low, design)
-        high = window.reading_of(high, design)
-        return {
-            "pretension_from": low,
-            "pretension_to": extremes.nan_where(np.isinf(high), high),
-            **required,
-        }
+            ends = named_ends(ends, design, *motion, bounds)
+        high = window.reading_of(ends.high, design)
+        columns["pretension_from"] = window.reading_of(ends.low, design)
+        columns["pretension_to"] = extremes.nan_where(np.isinf(high), high)
+        return columns
 
     def _stretches(self, block: Block) -> Iterator[Block]:
         """Yield the block cut along its elbow angles; the results do not depend on the cuts."""
@@ -297,21 +279,24 @@ class Folds:
             columns |= extremes.over_states(moving.counted_states[0], shape)
         return {name: np.broadcast_to(values, block.shape[:-2]) for name, values in columns.items()}
 
-    def _ends_along(self, design: Design, trajectory: Trajectory, bounds: Bounds) -> Extremes:
-        """Work out the windows of designs along a trajectory, and the least pretension, N.
 
-        Which states count depends on the pretension, so that the smallest that leaves no slack is
-        an end of a window, too.
-        """
-        from tendon_cli.model.motion_window import window_along  # only these pay for its import
+def _required_along(along: Window, design: Design, trajectory: Trajectory) -> Array:
+    """Return the least F0 that leaves no slack along a trajectory, N.
 
-        along = window_along(design, trajectory, bounds)
-        is_slack = (along.low_by == FLEXOR_SLACK) | (along.low_by == EXTENSOR_SLACK)
-        required = along.low
-        if not np.all(is_slack & along.is_open):
-            slack_alone = Bounds(min_elbow_stiffness=-np.inf)
-            required = window_along(replace(design, limits={}), trajectory, slack_alone).low
-        return {"low": along.low, "high": along.high, "required_pretension": required}
+    Which states count depends on the pretension, so that it is an end of a window, too.
+
+    Args:
+        along: Windows of the designs.
+        design: The designs.
+        trajectory: The motion.
+    """
+    is_slack = (along.low_by == FLEXOR_SLACK) | (along.low_by == EXTENSOR_SLACK)
+    if np.all(is_slack & along.is_open):
+        return along.low
+    from tendon_cli.model.motion_window import window_along  # only these pay for its import
+
+    slack_alone = Bounds(min_elbow_stiffness=-np.inf)
+    return window_along(replace(design, limits={}), trajectory, slack_alone).low
 
 
 # --- Choices --------------------------------------------------------------------------------------

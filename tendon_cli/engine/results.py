@@ -114,10 +114,7 @@ class Run(Result):
     """
 
     drawn_by: ClassVar[str] = "tendon_cli.face.page_of_run"
-
-    def __dir__(self) -> list[str]:
-        """Return the names that a session completes."""
-        return ["designs", "plot", "record", "states", "text", "to_xarray"]
+    documented: ClassVar[tuple[str, ...]] = ("designs", "states", "to_xarray")
 
     @property
     def is_pictured(self) -> bool:

@@ -236,7 +236,7 @@ def _recorded(
         "study_hash": study.hash,
         "results_version": RESULTS_VERSION,
         **{key: value for key, value in study.record.items() if key != "study"},
-        **task.results([part.note for part in parts], how.proving),
+        **task.results([part.note for part in parts], maker.finished, how.proving),
         "parts": task.parts,
         "resumed_parts": resumed,
         "seconds": 0.0,

@@ -207,7 +207,7 @@ class Sweep(Task):
         start = ", ".join(values) or "the only design"
         return f"designs {designs.start} to {designs.stop - 1}, from {start}"
 
-    def results(self, notes: Sequence[Note], proving: Any) -> dict[str, Any]:  # noqa: ARG002
+    def results(self, notes: Sequence[Note], *_: Any) -> dict[str, Any]:
         """Count designs, states and choices for the record, from the notes of all parts."""
         check = check_of_sweep(self.plan)
         return {

@@ -117,11 +117,17 @@ class Task(ABC):
         return 0.0
 
     @abstractmethod
-    def results(self, notes: Sequence[Note], proving: Callable[[int, int], None]) -> dict[str, Any]:
+    def results(
+        self,
+        notes: Sequence[Note],
+        finished: Callable[[int], pa.Table],
+        proving: Callable[[int, int], None],
+    ) -> dict[str, Any]:
         """Return the results for the record; raises Stopped.
 
         Args:
             notes: Notes of all parts, in their order.
+            finished: Reads a part of UNFINISHED.
             proving: Called with the numbers of cells examined and of most cells in a proof.
         """
 
@@ -338,8 +344,8 @@ class InMemory(PartMaker):
         self.kept[name] = rows.table()
 
     def finished(self, index: int) -> pa.Table:
-        """Return a finished part, which is not kept any longer."""
-        return self.kept.pop(self.task.file(UNFINISHED, index))
+        """Return a finished part."""
+        return self.kept[self.task.file(UNFINISHED, index)]
 
     def tables(self) -> dict[str, pa.Table]:
         """Return the whole tables by name; their parts are not kept any longer."""

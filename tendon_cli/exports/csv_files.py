@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tendon_cli import say
 from tendon_cli.answer_record import value_of
 from tendon_cli.exports.chosen import ChosenSuit, scalar
 from tendon_cli.files import write_csv_rows
@@ -104,8 +105,8 @@ def _friction_note(design: Design) -> str:
     for name, side in zip(SIDES, (design.flexor, design.extensor), strict=True):
         bend = "a bend that follows the joint"
         if not isinstance(side.bend_angle, Spline):
-            bend = f"{math.degrees(scalar(side.bend_angle)):.5g} deg"
-        parts.append(f"{name} mu {scalar(side.friction):.5g} over {bend}")
+            bend = f"{say.number(math.degrees(scalar(side.bend_angle)), 5)} deg"
+        parts.append(f"{name} mu {say.number(scalar(side.friction), 5)} over {bend}")
     return f"capstan friction of sliding in this direction: {' and '.join(parts)}"
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import math
 from collections.abc import Iterator
@@ -13,6 +12,7 @@ from tendon_cli.answer_record import PartsRecord, value_of
 from tendon_cli.answers.text_parts import short_parts
 from tendon_cli.errors import UsageError
 from tendon_cli.exports.chosen import ChosenSuit, scalar
+from tendon_cli.files import write_csv_rows
 from tendon_cli.space.axis import NamedAxis
 
 ORDER_MARK = "part,quantity,supplier,number,price,currency,remark"
@@ -43,9 +43,7 @@ def order_csv(suit: ChosenSuit) -> str:
         problem = f"{suit.record.name}: this choice has no window, so there is nothing to order"
         raise UsageError(problem, where="--choice", hint="`tendon show` lists the choices")
     file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(ORDER_MARK.split(","))
-    writer.writerows(_lines(suit))
+    write_csv_rows(file, [OrderLine._fields, *_lines(suit)])
     return file.getvalue()
 
 

@@ -60,7 +60,7 @@ _FAR_RIGHT = 0.7
 _MOST_TOLD = 12
 """Most choices of a front next to which their tolerance is written."""
 
-AnswerFigure = Callable[[Cube, AnswerRecord, ChoiceRecord], list[Page]]
+AnswerFigure = Callable[..., list[Page]]
 """Function that draws the pages of a figure of an answer, or none if there is nothing to draw."""
 
 
@@ -148,8 +148,15 @@ def draw_again(
     return save_pages(files, overwrite=overwrite)
 
 
-def answer_pages(name: str, cube: Cube, record: Mapping[str, Any]) -> list[Page]:
-    """Draw the pages of one of FIGURES by its name; none if there is nothing to draw."""
+def answer_pages(name: str, cube: Cube, record: Mapping[str, Any], **how: Any) -> list[Page]:
+    """Draw the pages of one of FIGURES by its name; none if there is nothing to draw.
+
+    Args:
+        name: Name of the figure.
+        cube: Choices of the answer.
+        record: Record of the answer.
+        **how: Further arguments of the figure's function.
+    """
     stated = as_answer(record)
     answer = as_read(stated)
     chosen = named_first(answer)
@@ -158,7 +165,7 @@ def answer_pages(name: str, cube: Cube, record: Mapping[str, Any]) -> list[Page]
     if stated.question.shows_own_f0:
         cube = CubeAsRead.of(cube)
     with house_style(say.joint_name(record)):
-        pages = FIGURES[name](cube, answer, chosen)
+        pages = FIGURES[name](cube, answer, chosen, **how)
     return [page.of_joint(record) for page in pages]
 
 
@@ -226,8 +233,10 @@ def draw_over(
             pages = [draw_trade_off(choices, answer, trade_off, column, width, height)]
         else:
             pages = _map_over(choices, answer, column, column_named(y))
-    name = f"{record['name']}-{column.removeprefix('limit_')}.{form}"
-    files = numbered([page.of_joint(record) for page in pages], out or Path(name))
+    target = out
+    if out is None or out.is_dir():
+        target = (out or Path()) / f"{record['name']}-{column.removeprefix('limit_')}.{form}"
+    files = numbered([page.of_joint(record) for page in pages], target or Path())
     return save_pages(files, overwrite=overwrite)
 
 
@@ -361,7 +370,7 @@ def _write_tolerances(
     rows: Sequence[Axis],
 ) -> None:
     """Write next to each choice of a front its rows of tables, and how far it may be off."""
-    for row in front:
+    for number, row in enumerate(front):
         length = row["tolerance_length"]
         text = "no upper end" if length is None else f"± {say.length_to_spare(length)}"
         if rows:
@@ -373,7 +382,7 @@ def _write_tolerances(
         )
         left, right = panel.get_xlim()
         is_right = x > left + _FAR_RIGHT * (right - left)
-        place = (-5 if is_right else 5, 4 if rows else -6)
+        place = (-5 if is_right else 5, 4 if number % 2 == 0 else -9)  # neighbours do not touch
         align = "right" if is_right else "left"
         panel.annotate(text, (x, y), place, ha=align, size=6.5, textcoords="offset points")
 
@@ -381,8 +390,10 @@ def _write_tolerances(
 def _of_few_rows(draw: AnswerFigure) -> AnswerFigure:
     """Return a figure that is left out if the names of rows are too many to stand along an axis."""
 
-    def draw_if_few(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list[Page]:
-        return [] if has_many_rows(long_axes(cube)) else draw(cube, record, chosen)
+    def draw_if_few(
+        cube: Cube, record: AnswerRecord, chosen: ChoiceRecord, **how: Any
+    ) -> list[Page]:
+        return [] if has_many_rows(long_axes(cube)) else draw(cube, record, chosen, **how)
 
     return draw_if_few
 

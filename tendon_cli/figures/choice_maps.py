@@ -39,7 +39,7 @@ from tendon_cli.space.axis import Axis
 
 _PALE = ("#f6d9c5", "#e9e2f3", "#dcebe4", "#f7ecc8", "#e5e5e5", "#dbe7f3")
 """Background of cells without a window, one for each reason; further reasons share the last."""
-_HATCHES = ("", "....", "----", "\\\\\\\\", "xxxx", "++++")
+_HATCHES = ("....", "----", "\\\\\\\\", "xxxx", "++++", "||||")
 _FAULT_HATCHES = ("////", "\\\\\\\\", "xxxx")
 """Hatches of the kinds of failed advice; further kinds share the last."""
 _MEANING = (
@@ -92,6 +92,7 @@ def draw_tolerance(
     chosen: ChoiceRecord,
     longest: float | None = None,
     axes: tuple[Axis, Axis] | None = None,
+    width: float = PAGE_WIDTH,
 ) -> list[Page]:
     """Draw by how much the setting may be off.
 
@@ -103,6 +104,7 @@ def draw_tolerance(
         chosen: The choice that the answer names first.
         longest: Tolerance at the end of the colour scale, m; None for the largest of the map.
         axes: Axes across and up; None for the two longest.
+        width: Width of a page, mm.
 
     Returns:
         The pages; none if there are not two such axes.
@@ -110,7 +112,7 @@ def draw_tolerance(
     axes = axes or axes_of_choices(cube)
     if axes is None:
         return []
-    grid, read = grid_of_choices(cube, axes)
+    grid, read = grid_of_choices(cube, axes, width)
     low = read["pretension_from"]
     high = upper_ends(low, read["pretension_to"])
     has_window = low <= high
@@ -145,7 +147,7 @@ def draw_tolerance(
     notes = [_MEANING.format(served_words(record)), *grid.notes]
     if np.isinf(high).any():
         notes.append(_NO_END)
-    return _draw_map(cube, record, chosen, part, "how far the setting may be off", notes)
+    return _draw_map(cube, record, chosen, part, "how far the setting may be off", notes, width)
 
 
 def draw_served(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list[Page]:
@@ -183,16 +185,17 @@ def _draw_map(
     part: Slice,
     title: str,
     notes: Sequence[str],
+    width: float = PAGE_WIDTH,
 ) -> list[Page]:
     """Draw the pages of a map of choices, and mark the choice named first in it."""
     pages = []
-    places = pages_of_panels(part, PAGE_WIDTH)
+    places = pages_of_panels(part, width)
     for number, (of_page, shape) in enumerate(places, 1):
         key = of_page.key()
         if of_page.star is not None:
             key.append(star(set_text(cube, record, chosen)))
         name = title_of_page(title, number, len(places))
-        page = answer_page(cube, record, name, shape.total, key, notes)
+        page = answer_page(cube, record, name, shape.total, key, notes, width=width)
         draw_slice(page, of_page, shape)
         pages.append(page)
     return pages

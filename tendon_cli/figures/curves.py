@@ -80,6 +80,8 @@ _CROWD = 200
 """From this number on points that no line joins have smaller markers."""
 _MOST_CELLS = 12
 """Largest number of panels on a page."""
+_MOST_IN_COLUMN = 5
+"""Largest number of panels below each other at the width of a column."""
 _MOST_IN_ROW = 4
 """Largest number of panels side by side that each have several quantities."""
 _MOST_UNLIKE = 5.0
@@ -448,7 +450,7 @@ def draw_curves(data: CurveData, width: float, height: float | None) -> list[Pag
     if quantities > 1 and panels > 1:  # as many panels side by side as fit, quantities below
         in_row = max(1, min(_MOST_IN_ROW, _MOST_CELLS // quantities))
     elif quantities == 1:
-        in_row = _MOST_CELLS
+        in_row = _MOST_IN_COLUMN if width <= COLUMN_WIDTH else _MOST_CELLS
     pages = []
     for start in range(0, panels, in_row):
         seen = range(start, min(panels, start + in_row))
@@ -466,11 +468,12 @@ def _page(
     """Draw a page of panels in so many columns."""
     rows = -(-len(cells) // columns)
     panel_width = (width - 6.0) / columns - 10.0
-    usual = min(PAGE_HEIGHT, rows * min(0.62 * panel_width + 14.0, 70.0) + 8.0)
+    below = 0.0 if data.x is None else data.x.height_of_names(panel_width)
+    usual = min(PAGE_HEIGHT, rows * min(0.62 * panel_width + 14.0, 70.0) + 8.0 + below)
     size: dict[str, Any] = {"width": width, "height": height, "study": data.study}
     page = framed(data.title, usual, _key(data, cells), data.notes, **size)
     panels = panels_of(page, rows, columns, len(cells), sharex=True)
-    panel_height = max(page.inner / rows - 12.0, 15.0)
+    panel_height = max((page.inner - below) / rows - 12.0, 15.0)
     for place, (cell, axes) in enumerate(zip(cells, panels, strict=True)):
         _draw_lines(axes, data, cell, panel_width)
         shown = data.quantities[cell[0]]

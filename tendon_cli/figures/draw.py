@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from tendon_cli import say
 from tendon_cli.cube.columns import column_named
 from tendon_cli.cube.cube import Cube, cube_of, cube_to_come
-from tendon_cli.cube.source import table_of_study
+from tendon_cli.cube.source import table_in
 from tendon_cli.errors import Fault, InputError, OutputError, StudyError, TendonError, UsageError
 from tendon_cli.figures.layout import (
     MOST_NUMBERS,
@@ -243,13 +243,14 @@ def table_of(
         study: Its study, if the caller has it already.
         records: Records in the folder by the names of their files, if the caller has them already.
 
-    Raises the errors of `table_of_study`.
+    Raises the errors of `table_in`.
     """
     inputs = {key.column for path_, key in keys().items() if not path_.startswith("motion.")}
     drawn = [column_named(name) for name in (spec.x, *spec.quantity) if name]
     if wanted is None and len(inputs.intersection(drawn)) > 1 and spec.x is not None:
         wanted = "designs"
-    return table_of_study(path, wanted, spec.named_columns, study, records)
+    columns = spec.named_columns
+    return table_in(path, wanted, columns, is_drawn=True, study=study, records=records)
 
 
 def _plan(

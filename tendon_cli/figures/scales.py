@@ -108,18 +108,34 @@ class Scale:
 
     def _name_ticks(self, axis: Any, which: str, room: float) -> None:
         """Name the cells: upright if they have no room side by side, some of very many."""
-        texts = short_names(self.names, _LONGEST_NAME)
-        widest = max(text_width(text, _NAME_SIZE) for text in texts)
-        along = widest + _NAME_GAP if which == "x" else _NAME_HEIGHT
-        if which == "x" and along * len(texts) > room:
+        along = _NAME_HEIGHT
+        if which == "x" and self.height_of_names(room):
             axis.set_tick_params(labelrotation=90)
-            along = _NAME_HEIGHT
-        every = max(1, math.ceil(along * len(texts) / max(room, along)))
-        if not self.are_numbers:  # a number that is left out is read from its neighbours
-            every = 1 if len(texts) <= _MOST_NAMES else every
+        elif which == "x":
+            along = self._widest + _NAME_GAP
+        size = _NAME_SIZE
+        every = max(1, math.ceil(along * len(self.names) / max(room, along)))
+        # A number that is left out is read from its neighbours, but not a name.
+        if not self.are_numbers and len(self.names) <= _MOST_NAMES:
+            size = min(size, size * room / (along * len(self.names)))
+            every = 1
         axis.set_major_locator(ticker.FixedLocator(list(self.places[::every])))
-        axis.set_major_formatter(ticker.FixedFormatter(texts[::every]))
-        axis.set_tick_params(labelsize=_NAME_SIZE)
+        axis.set_major_formatter(ticker.FixedFormatter(self._texts[::every]))
+        axis.set_tick_params(labelsize=size)
+
+    def height_of_names(self, room: float) -> float:
+        """Return the height of names below a panel of a width in mm; 0 if they are not turned."""
+        if not self.names or (self._widest + _NAME_GAP) * len(self.names) <= room:
+            return 0.0
+        return self._widest
+
+    @cached_property
+    def _texts(self) -> list[str]:
+        return short_names(self.names, _LONGEST_NAME)
+
+    @cached_property
+    def _widest(self) -> float:
+        return max(text_width(text, _NAME_SIZE) for text in self._texts)
 
     @cached_property
     def are_numbers(self) -> bool:

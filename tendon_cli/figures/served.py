@@ -41,7 +41,8 @@ Values = npt.NDArray[np.float64]
 Table = Mapping[str, npt.NDArray[Any]]
 
 _ENDS = ("pretension_from", "pretension_to")
-_SERVED = OKABE_ITO[0]
+_SERVED = OKABE_ITO[5]
+_CURVE = OKABE_ITO[0]
 _LEFT_OUT = OKABE_ITO[1]
 _INDICES = {"total": ("with all others", OKABE_ITO[5]), "first": ("alone", OKABE_ITO[0])}
 """Sobol indices: text in the key, and colour."""
@@ -185,11 +186,12 @@ def _window_key(low: Values, high: Values, is_served: Flags) -> list[Any]:
 def _reason_style(place: int) -> dict[str, Any]:
     """Return the marker of those who are not served, by the index of the reason."""
     return {
-        "marker": MARKERS[place % len(MARKERS)],
+        "marker": MARKERS[(place + 1) % len(MARKERS)],
         "color": OKABE_ITO[(place + 1) % len(OKABE_ITO)],
         "linestyle": "",
-        "markersize": 3.2,
-        "markeredgewidth": 0.0,
+        "markersize": 3.6,
+        "markeredgecolor": INK,
+        "markeredgewidth": 0.4,
     }
 
 
@@ -361,8 +363,8 @@ def _draw_probability(axes: Axes, record: AnswerRecord) -> None:
     high = 100 * np.array(curve["high"])
     chosen = _nan_if_null(population["pretension"])
     enough = 100 * record["serve"]
-    axes.fill_between(pretension, low, high, step="post", color=_SERVED, alpha=0.22, linewidth=0.0)
-    axes.plot(pretension, share, drawstyle="steps-post", color=_SERVED)
+    axes.fill_between(pretension, low, high, step="post", color=_CURVE, alpha=0.22, linewidth=0.0)
+    axes.plot(pretension, share, drawstyle="steps-post", color=_CURVE)
     axes.axhline(enough, **_ENOUGH)
     if np.isfinite(chosen):
         axes.axvline(chosen, color=INK, linewidth=0.9)

@@ -9,21 +9,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answer_record import as_answer, named_first
 from tendon_cli.cube.cube import Cube
+from tendon_cli.figures.answer_figures import answer_pages
 from tendon_cli.figures.answer_page import star
 from tendon_cli.figures.backend import Axes, Line2D, Patch
-from tendon_cli.figures.choice_maps import draw_tolerance, longest_tolerance
-from tendon_cli.figures.frame import Page, framed
-from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, STAR, WINDOW, house_style
+from tendon_cli.figures.choice_maps import longest_tolerance
+from tendon_cli.figures.frame import Page, framed, text_width
+from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, PAGE_WIDTH, STAR, WINDOW, house_style
 from tendon_cli.model.kinematics import Array
 
 _ROW = 11.0
 """Height of the row of an answer, mm."""
-_ROOM_FOR_NAME = 0.2
-"""Share of the width of the picture that the name of a limit needs."""
-_ROOM = 1.3
-"""Right edge of the picture over the largest end, as a factor."""
+_PANEL = 0.75
+"""Share of the width of the page that the panel has."""
+_PAD = 0.015
+"""Space beside the name of a limit, as a share of the width of the panel."""
+_NAME_SIZE = 6.0
 _MOST_POINTS = 20_000
 """Largest number of designs that are drawn, evenly spread."""
 
@@ -44,7 +45,14 @@ class WindowRow(NamedTuple):
     """Limits that bind below and above, in words."""
 
 
-def windows_page(rows: Sequence[WindowRow], title: str, read: str, unit: str, study: str) -> Page:
+def windows_page(
+    rows: Sequence[WindowRow],
+    title: str,
+    read: str,
+    unit: str,
+    study: str,
+    width: float = PAGE_WIDTH,
+) -> Page:
     """Draw the windows of answers below each other over one axis.
 
     Args:
@@ -53,26 +61,29 @@ def windows_page(rows: Sequence[WindowRow], title: str, read: str, unit: str, st
         read: What is read, in words.
         unit: Its unit.
         study: Name and hash of the study for the file's metadata.
+        width: Width of the page, mm.
     """
     ends = [end for row in rows for end in (row.low, row.high, row.pretension) if end is not None]
-    right = _ROOM * max(ends, default=1.0) or 1.0
+    names = [text_width(row.limits[1], _NAME_SIZE) for row in rows]
+    for_names = max(names, default=0.0) / (_PANEL * width) + 2.0 * _PAD
+    right = max(ends, default=1.0) / (1.0 - for_names) or 1.0
     key: list[Any] = [Patch(facecolor=WINDOW, label="window of the study's own conditions")]
     if any(row.fresh is not None for row in rows):
         key.append(Line2D([], [], color=INK, linewidth=1.2, label="window of the fresh sample"))
     key.append(star("what is set"))
     with house_style():
-        page = framed(title, 14.0 + _ROW * len(rows), key, study=study)
+        page = framed(title, 14.0 + _ROW * len(rows), key, study=study, width=width)
         panel = page.figure.subplots()
         for place, row in enumerate(rows):
-            _draw_row(panel, row, place, right)
+            _draw_row(panel, row, place, right, _PANEL * width)
         panel.set_yticks(range(len(rows)), [row.label for row in rows])
         panel.set(xlim=(0.0, right), ylim=(len(rows) - 0.4, -0.6), xlabel=f"{read} ({unit})")
     return page
 
 
-def _draw_row(panel: Axes, row: WindowRow, place: int, right: float) -> None:
-    """Draw the window of one answer in its row."""
-    small: dict[str, Any] = {"size": 6.0, "color": FAINT, "va": "center"}
+def _draw_row(panel: Axes, row: WindowRow, place: int, right: float, width: float) -> None:
+    """Draw the window of one answer in its row of a panel that is `width` mm wide."""
+    small: dict[str, Any] = {"size": _NAME_SIZE, "color": INK, "va": "center"}
     if row.low is None:
         panel.text(0.5 * right, place, "no window", ha="center", **small)
         return
@@ -84,8 +95,8 @@ def _draw_row(panel: Axes, row: WindowRow, place: int, right: float) -> None:
     if row.pretension is not None:
         panel.plot([row.pretension], [place], **STAR)
     below, above = row.limits
-    pad = 0.008 * right
-    if below and row.low > _ROOM_FOR_NAME * right:
+    pad = _PAD * right
+    if below and row.low > text_width(below, _NAME_SIZE) / width * right + 2.0 * pad:
         panel.text(row.low - pad, place, below, ha="right", **small)
     elif below:
         panel.text(row.low, place + 0.4, below, ha="left", **small)
@@ -94,7 +105,12 @@ def _draw_row(panel: Axes, row: WindowRow, place: int, right: float) -> None:
 
 
 def margins_page(
-    before: Array, now: Array, labels: tuple[str, str], title: str, study: str
+    before: Array,
+    now: Array,
+    labels: tuple[str, str],
+    title: str,
+    study: str,
+    width: float = PAGE_WIDTH,
 ) -> Page:
     """Draw the margins of the designs in two runs over each other, on one scale.
 
@@ -104,6 +120,7 @@ def margins_page(
         labels: Names of both.
         title: Title of the page.
         study: Name and hash of the study for the file's metadata.
+        width: Width of the page, mm.
     """
     known = np.flatnonzero(np.isfinite(before) & np.isfinite(now))
     every = max(1, math.ceil(len(known) / _MOST_POINTS))
@@ -119,7 +136,7 @@ def margins_page(
     low = float(ends.min()) - pad
     high = float(ends.max()) + pad
     with house_style():
-        page = framed(title, 95.0, (), notes, study=study)
+        page = framed(title, 95.0, (), notes, study=study, width=width)
         panel = page.figure.subplots()
         panel.plot([low, high], [low, high], color=FAINT, linewidth=0.8)
         panel.axhline(0.0, color=FAINT, linewidth=0.5)
@@ -138,26 +155,22 @@ def margins_page(
 
 
 def maps_on_one_scale(
-    cubes: Sequence[Cube], records: Sequence[Mapping[str, Any]]
+    cubes: Sequence[Cube], records: Sequence[Mapping[str, Any]], width: float = PAGE_WIDTH
 ) -> list[Page | None]:
     """Draw the map of each answer's choices with colours of one scale.
 
     Args:
         cubes: Choices of the answers.
         records: Records of the answers.
+        width: Width of the pages, mm.
 
     Returns:
         A page for each answer; None for one without two axes of choices.
     """
-    answers = [as_answer(record) for record in records]
-    chosen = [named_first(answer) for answer in answers]
     longest = max((longest_tolerance(cube) for cube in cubes), default=0.0)
-    pages: list[Page | None] = []
-    for cube, answer, choice in zip(cubes, answers, chosen, strict=True):
-        if choice is None:
-            pages.append(None)
-            continue
-        with house_style(say.joint_name(answer)):
-            of_answer = draw_tolerance(cube, answer, choice, longest)
-        pages.append(of_answer[0].of_joint(answer) if of_answer else None)
-    return pages
+    how: dict[str, Any] = {"longest": longest, "width": width}
+    drawn = [
+        answer_pages("tolerance_map", cube, record, **how)
+        for cube, record in zip(cubes, records, strict=True)
+    ]
+    return [next(iter(pages), None) for pages in drawn]

@@ -417,7 +417,7 @@ def _to_edges(x: Scale, y: Scale, values: Floats) -> tuple[Floats, Floats, Any]:
 def _write_cells(axes: Axes, part: Slice, panel: int, width: float, height: float) -> None:
     """Write the longest texts that have room in the cells of a panel; its size is in mm."""
     shares = [float(np.diff(edges).min() / np.ptp(edges)) for edges in (part.x.edges, part.y.edges)]
-    cell_width = 0.94 * shares[0] * width
+    cell_width = 0.9 * shares[0] * width
     cell_height = 0.94 * shares[1] * height
     for texts in part.texts:
         known = [text for text in texts.ravel().tolist() if text]

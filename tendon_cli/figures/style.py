@@ -114,8 +114,8 @@ FORMATS: dict[str, dict[str, str | None]] = {
 None leaves out an entry that would differ from one day to the next.
 """
 _DPI = 250
-_DPI_OF_PREVIEW = 125
-"""Dots per inch of a figure in a notebook."""
+_WIDTH_OF_PREVIEW = 860
+"""Dots across a figure in a notebook or on a page."""
 _COLOURS_OF_PREVIEW = 64
 """Largest number of colours of a figure in a notebook."""
 
@@ -225,12 +225,12 @@ def render(figure: Figure, kind: str, about: Mapping[str, str] | None = None) ->
 def preview(figure: Figure) -> bytes:
     """Return a figure as a small PNG, which a notebook keeps with each result that it shows.
 
-    It has half the dots of a file per length, and few colours.
+    It has few colours, and no more dots than a screen shows.
     """
     from PIL import Image
 
     dots = figure.dpi
-    figure.dpi = _DPI_OF_PREVIEW
+    figure.dpi = _WIDTH_OF_PREVIEW / figure.get_figwidth()
     try:
         picture = Image.open(io.BytesIO(render(figure, "png"))).convert("RGB")
     finally:

@@ -45,6 +45,7 @@ from tendon_cli.figures.scales import Scale, axis_scale, scale_of_names
 from tendon_cli.figures.style import (
     FAINT,
     INK,
+    MARKERS,
     NO_WINDOW,
     PAGE_WIDTH,
     STAR,
@@ -75,6 +76,14 @@ _MEANING_OF_POINTS = (
 _ENDS = ("pretension_from", "pretension_to", "from_by", "to_by")
 _AT_PLACE = "#e3eef6"
 _END: dict[str, Any] = {"marker": "o", "linestyle": "", "markersize": 4.0, "zorder": 4, **WHOLE}
+_WINDOW_END: dict[str, Any] = {
+    "color": "white",
+    "marker": "D",
+    "markeredgecolor": INK,
+    "markersize": 5.5,
+    "linestyle": "",
+    **WHOLE,
+}
 
 
 class Windows(NamedTuple):
@@ -134,15 +143,18 @@ def draw_panel(
             panel.fill_between(x, low, roof, where=where, facecolor=fill, interpolate=True)
     for all_ends, by in ((low, lower), (high, upper)):
         ends = np.where((all_ends >= 0.0) & (all_ends <= top), all_ends, np.nan)
-        for name, colour in colours.items():
+        for marker, (name, colour) in zip(itertools.cycle(MARKERS), colours.items(), strict=False):
             holds = np.asarray(by == name)
-            if scale.names:
-                panel.plot(x[holds], ends[holds], color=colour, gid=name, **_END)
-                continue
-            joined = holds.copy()
-            joined[1:] |= holds[:-1]  # up to the next value, at which another limit binds
-            panel.plot(x, np.where(joined, ends, np.nan), color=colour, gid=name)
-            panel.plot(x[holds], ends[holds], ".", color=colour, **WHOLE)
+            style: dict[str, Any] = {"color": colour, "gid": name}
+            size = _END["markersize"]
+            if not scale.names:
+                joined = holds.copy()
+                joined[1:] |= holds[:-1]  # up to the next value, at which another limit binds
+                panel.plot(x, np.where(joined, ends, np.nan), **style)
+                size = 2.5
+            panel.plot(
+                x[holds], ends[holds], **{**_END, "marker": marker, "markersize": size}, **style
+            )
     unknown = x[np.isnan(low)]
     panel.plot(unknown, 0.0 * unknown, color=FAINT, marker="x", linestyle="", **WHOLE)
     panel.set_ylim(0.0, top)
@@ -183,9 +195,9 @@ def window_key(
         key.append(Patch(facecolor=NO_WINDOW, label="no window: the lower limit is above"))
     if any(np.isnan(part.low).any() for part in parts):
         key.append(Line2D([], [], color=FAINT, marker="x", linestyle="", label=none))
-    for name, colour in colours.items():
+    for marker, (name, colour) in zip(itertools.cycle(MARKERS), colours.items(), strict=False):
         label = f"ends where: {say.limit_words(name, bounds).label}"
-        key.append(Line2D([], [], color=colour, marker="o", markersize=3.0, label=label))
+        key.append(Line2D([], [], color=colour, marker=marker, markersize=3.5, label=label))
     return key
 
 
@@ -505,11 +517,22 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list
         return []
     floor, roof = drawn.tightest
     colours = limit_colours(name for bounds in drawn.ends for name in bounds)
+    in_picture = {
+        name
+        for bounds in drawn.ends
+        for name, values in bounds.items()
+        if (drawn.shown(values) > 0.0).any()
+    }
     key: list[Any] = [
         Line2D([], [], color=colour, label=say.limit_words(name, cube.limits).label)
         for name, colour in colours.items()
+        if name in in_picture
     ]
     key += _key_of_motion(drawn)
+    unit = reading_unit(cube.document)
+    ends = [_end_of_window(drawn, chosen, end, unit) for end in ("from", "to")]
+    label = f"ends of the window: {' '.join(text for text, _, _ in ends)}"
+    key.append(Line2D([], [], label=label, **_WINDOW_END))
     pretension = chosen["pretension"]
     if pretension is not None:
         key.append(star(gauge_text(record, chosen) or "pretension to set"))
@@ -544,9 +567,9 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list
     if pretension is not None:
         panel.axhline(pretension, color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)))
         panel.plot([drawn.along[0]], [pretension], gid="best", **STAR)
-    for end, value in zip(("from", "to"), drawn.window, strict=True):
-        if np.isfinite(value):
-            _mark_end(panel, drawn, chosen, end, reading_unit(cube.document))
+    for _, place, value in ends:
+        if place is not None:
+            panel.plot([place], [value], zorder=6, **_WINDOW_END)
     return [page]
 
 
@@ -565,31 +588,19 @@ def _key_of_motion(drawn: OverMotion) -> list[Any]:
     return key
 
 
-def _mark_end(panel: Axes, drawn: OverMotion, chosen: ChoiceRecord, end: str, unit: str) -> None:
-    """Mark an end of the window ("from" or "to") where it binds, and write its value.
+def _end_of_window(
+    drawn: OverMotion, chosen: ChoiceRecord, end: str, unit: str
+) -> tuple[str, float | None, float]:
+    """Return an end of the window ("from" or "to") in words, where it binds, and its value.
 
-    An end that no state sets, such as the smallest pretension at all, is written at the left.
+    An end that no state sets, such as the smallest pretension at all, binds nowhere.
     """
     value = drawn.window[("from", "to").index(end)]
-    left, right = panel.get_xlim()
-    place = left
-    text = f"{say.number(value)} {unit}"
+    if not np.isfinite(value):
+        return f"no upper end", None, value
+    text = f"{end} {say.number(value)} {unit}"
     stated = chosen[f"{end}_{drawn.place}"]
-    if stated is not None:
-        place = float(stated) if drawn.is_in_time else float(np.degrees(stated))
-        text += f" at {say.number(place, 3)}"
-        text += " s" if drawn.is_in_time else "°"
-        sign: dict[str, Any] = {"color": "white", "markeredgecolor": INK, "markersize": 6}
-        panel.plot([place], [value], marker="D", zorder=6, **sign, **WHOLE)
-    is_right = place > (left + right) / 2.0
-    panel.annotate(
-        text,
-        (place, value),
-        (-8.0 if is_right else 8.0, 9.0 if end == "from" else -9.0),  # inside the window
-        textcoords="offset points",
-        ha="right" if is_right else "left",
-        va="center",
-        size=7.0,
-        zorder=7,
-        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8},
-    )
+    if stated is None:
+        return text, None, value
+    place = float(stated) if drawn.is_in_time else float(np.degrees(stated))
+    return f"{text} (at {say.number(place, 3)}{' s' if drawn.is_in_time else '°'})", place, value

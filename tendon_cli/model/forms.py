@@ -55,10 +55,6 @@ class LimitWords:
     """Subject in a word or two."""
     broken: str
     """Sentence that says how a state breaks it."""
-    keeps: str
-    """Merit of a pretension that is high enough, after "the pretension that"."""
-    breaks: str
-    """Fault of a pretension that is too high, after "the pretension ... already"."""
 
 
 @dataclass(frozen=True)

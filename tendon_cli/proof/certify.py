@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.window import Ends
 from tendon_cli.proof.arcs import ConditionArcs
 from tendon_cli.proof.scope import Scope
@@ -26,9 +26,11 @@ from tendon_cli.proof.subdivision import (
     most_cells,
 )
 from tendon_cli.proof.tightening import tighten
+from tendon_cli.windows.question import with_enough
 from tendon_cli.windows.sampling_error import estimate_error
 from tendon_cli.windows.solutions import Solutions, solve_windows
-from tendon_cli.windows.solver import Solver
+from tendon_cli.windows.solver import Folded, Solver
+from tendon_cli.windows.study_arm import given_pretensions
 from tendon_cli.windows.worst_between import worst_between
 
 Report: TypeAlias = Callable[[int, int], None]
@@ -77,6 +79,9 @@ def certify(
 ) -> Certificate:
     """Prove the window of one choice; tighten it around each state that breaks a limit.
 
+    A choice that a second sample has set keeps its window and its setting: what is proved is then
+    the window that serves enough of the question's own sample.
+
     Args:
         solver: Solver of the question.
         solution: The solved choice.
@@ -86,33 +91,43 @@ def certify(
         Stopped: The run was cancelled.
     """
     question = solver.question
+    points = solution.points
+    is_set_already = question.sample.sets_by_sample
+    if is_set_already:
+        question = with_enough(question, question.serve)
+        solver = solver.for_question(question)
+    folded = solver.fold(points)
     if question.sample.enough < 1.0:
-        ends = solver.ends_over_all_angles(solution.points)
+        solver.seek_everywhere(folded, points)
     else:
-        ends = solver.ends_that_may_bind(solution.points)
-    proof = _Proof(solver, solution, ends, report)
+        solver.seek(folded, points, given_pretensions(question, points))
+    of_sample = solution
+    if is_set_already:
+        of_sample, _ = solve_windows(solver, points, solver.read(folded, points))
+    proof = _Proof(solver, of_sample, folded, report)
     is_sampled = question.for_choice(solution.points).is_sampled
     status = say.SAMPLED
-    if _is_in_window(solution) and question.study.trajectory is None:
+    if _is_in_window(of_sample) and question.study.trajectory is None:
         is_proved = proof.run()
         status = say.OPEN
         if is_proved:
             status = say.SAMPLED if is_sampled else say.PROVEN
-    solution = proof.solution
     is_open = status == say.OPEN
     estimate = None
-    if solution.has_window.item():
+    if proof.solution.has_window.item():
         if not is_open:
-            estimate = estimate_error(solver, solution, proof.ends)
+            estimate = estimate_error(solver, proof.solution, proof.folded)
         elif not is_sampled:
             estimate = proof.error_bound()
+    if not is_set_already:
+        solution = proof.with_worst()
     return Certificate(
         status=status,
         cells=proof.examined,
         margin=0.0 if is_open else proof.margin,
         estimate=estimate,
         scope=Scope.of(question),
-        ends=solver.all_limits(proof.ends, solution.points),
+        ends=solver.read(proof.folded, solution.points),
         solution=replace(solution, between_samples=np.array([say.STATUSES.index(status)])),
     )
 
@@ -133,7 +148,7 @@ class _Proof:
     """Proof of the window of one choice.
 
     Attributes:
-        ends: Ends over all angles, (1, conditions), as F0; tightened as the proof goes on.
+        folded: Ends over all angles, (1, conditions); tightened as the proof goes on.
         solution: The choice, solved from these ends.
         windows: Ends of the window that must hold under each condition, (conditions,), N as they
             are read; the window is empty under a condition that need not be served.
@@ -143,19 +158,20 @@ class _Proof:
         narrow: Cells that are not proved and too narrow to be halved.
     """
 
-    def __init__(self, solver: Solver, solution: Solutions, ends: Ends, report: Report) -> None:
+    def __init__(self, solver: Solver, solution: Solutions, folded: Folded, report: Report) -> None:
         question = solver.question
         self._solver = solver
         self._report = report
         self._conditions = ConditionArcs.of(question, solution.points)
         self._at_once = cells_at_once(len(question.box))
         self._tightened = 0
+        self._served: Flags | None = None
         self._low = np.full(len(question.conditions), np.inf)
         self._high = np.full(len(question.conditions), -np.inf)
         self.most = most_cells(len(question.box))
-        self.ends = ends
+        self.folded = folded
         self.solution = solution
-        self.windows = _served_windows(solver, ends, solution)
+        self.windows = _served_windows(solver, folded, solution)
         self.margin = 0.0
         self.examined = 0
         self.left = self._conditions.first_cells(self._conditions.row[:0])
@@ -175,14 +191,21 @@ class _Proof:
         has_window = self.solution.has_window.item()
         return has_window and not len(self.left) and not len(self.narrow)
 
+    def with_worst(self) -> Solutions:
+        """Return the choice with its worst values at all angles, as it was if nothing is proved."""
+        solution = self.solution
+        if self._served is None:
+            return solution
+        worst = worst_between(self._solver, solution.points, solution.pretension, self._served)
+        return solution.with_worst(self._solver.question, slice(None), worst)
+
     def _solve_again(self) -> None:
         """Solve the choice from its ends, and begin anew under conditions whose window widens."""
         solver = self._solver
         points = self.solution.points
-        solved, served = solve_windows(solver, points, solver.all_limits(self.ends, points))
-        worst = worst_between(solver, points, solved.pretension, served)
-        self.solution = solved.with_worst(solver.question, slice(None), worst)
-        self.windows = _served_windows(solver, self.ends, self.solution)
+        read = solver.read(self.folded, points)
+        self.solution, self._served = solve_windows(solver, points, read)
+        self.windows = _served_windows(solver, self.folded, self.solution)
         low, high = self.windows
         self.margin = min(_MARGIN, 0.25 * float(np.max(high - low)))
         is_served = high - low >= 2.0 * self.margin
@@ -218,7 +241,8 @@ class _Proof:
             return
         self._tightened += 1
         self.left = concatenate([where, self.left])
-        self.ends = tighten(self._conditions, self.ends, where)
+        tightened = tighten(self._conditions, self.folded.ends, where)
+        self.folded = replace(self.folded, ends=tightened)
         self._solve_again()
 
     def _judge(self, cells: Cells, inward: float) -> Iterator[tuple[Cells, Verdict]]:
@@ -267,14 +291,14 @@ class _Proof:
         return concatenate(halves)
 
 
-def _served_windows(solver: Solver, ends: Ends, solution: Solutions) -> tuple[Array, Array]:
+def _served_windows(solver: Solver, folded: Folded, solution: Solutions) -> tuple[Array, Array]:
     """Return the ends of the window that must hold under each condition, (conditions,).
 
     They are as they are read, N. The window is empty under a condition that need not be served.
 
     Args:
         solver: Solver of the question.
-        ends: Ends over all angles, (1, conditions), as F0.
+        folded: Ends over all angles, (1, conditions).
         solution: The choice, solved from these ends.
     """
     question = solver.question
@@ -283,7 +307,7 @@ def _served_windows(solver: Solver, ends: Ends, solution: Solutions) -> tuple[Ar
     if question.sample.enough >= 1.0:
         count = len(question.conditions)
         return np.repeat(low, count), np.repeat(high, count)
-    of_conditions = solver.all_limits(ends, solution.points)
+    of_conditions = solver.read(folded, solution.points)
     group_low, group_high = question.groups.windows(of_conditions.low, of_conditions.high)
     served_low = np.maximum(group_low[0], low)
     served_high = np.minimum(group_high[0], high)

@@ -55,6 +55,11 @@ class Heading:
         return next((unit for word, unit in _CLOCKS.items() if word in self.words), "")
 
     @property
+    def column(self) -> str:
+        """Name as that of a column of ours: letters, digits and `_`."""
+        return re.sub(r"\W+", "_", self.name).strip("_")
+
+    @property
     def text(self) -> str:
         """Header without a unit that is known."""
         return self.name if self.dimension or not self.unit else f"{self.name} {self.unit}"

@@ -83,12 +83,13 @@ class PageAxis:
             # The label of the axis says of what they are.
             words = (name_words(self.axis, str(value)) for value in values)
             names = [text.removeprefix(f"{self.axis.key} ") for text in words]
-            return {**about, "values": None, "names": names, "is_log": False}
+            return {**about, "values": None, "names": names, "is_log": False, "is_list": True}
         if not np.isfinite(values).all():
             names = [self.shown.text(float(value)) for value in values]
-            return {**about, "values": None, "names": names, "is_log": False}
+            return {**about, "values": None, "names": names, "is_log": False, "is_list": True}
         numbers = [float(f"{value:.10g}") for value in self.shown.scaled(values)]
-        return {**about, "values": numbers, "names": None, "is_log": self.axis.is_log}
+        kind = {"is_log": self.axis.is_log, "is_list": not self.axis.is_range}
+        return {**about, "values": numbers, "names": None, **kind}
 
     @property
     def stated(self) -> npt.NDArray[np.float64]:

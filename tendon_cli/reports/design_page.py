@@ -49,6 +49,13 @@ from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import keys
 from tendon_cli.tables.schema import as_numpy, finite_or_none
 
+_COLOUR_OF_LIMIT = {
+    "extensor slack": "extensor",
+    "flexor slack": "mark",
+    "min_elbow_stiffness": "flexor",
+    "peak_motor_torque": "motor",
+}
+"""Colours of the limits that bind most often, as the style of the page names them."""
 RESULTS = (
     "tolerance_length",
     "tolerance",
@@ -126,7 +133,7 @@ def design_page(answer: Result, most: int) -> str:
     )
 
     is_in_time = cube.study.trajectory is not None
-    words = html.blocks(record.blocks)
+    words = _words(record)
     words += html.notes([*thinning_text(axes, left_out), *samples_text(cube.study)])
     parts: dict[str, html.Part] = {}
     if axes:
@@ -149,6 +156,16 @@ def design_page(answer: Result, most: int) -> str:
     return html.result_page(
         answer.record, answer.kind.noun, ("The answer", words), parts, record.study, data
     )
+
+
+def _words(record: AnswerRecord) -> str:
+    """Return the short answer as HTML, with the tables of the record folded below it."""
+    blocks = [block for block in record.blocks if "note" not in block]
+    notes = [block for block in record.blocks if "note" in block]
+    kinds = [next(iter(block)) for block in blocks]
+    first = kinds.index("table") - 1 if "table" in kinds else len(blocks)  # with its heading
+    tables = html.folded("All numbers of the answer, as tables", html.blocks(blocks[first:]))
+    return html.blocks(blocks[:first]) + tables + html.blocks(notes)
 
 
 def _read_choices(cube: Cube, axes: Sequence[PageAxis], rows: Rows) -> dict[str, ColumnArray]:
@@ -333,7 +350,8 @@ def _between(record: AnswerRecord, bounds: say.LimitValues) -> dict[str, Any] | 
         for limit, values in bounds_of_end.items():
             label = say.limit_words(limit, bounds).label
             rounded = [_rounded(value) for value in drawn.shown(values).tolist()]
-            lines.append({"label": label, "end": end, "values": rounded})
+            colour = _COLOUR_OF_LIMIT.get(limit, "joint")
+            lines.append({"label": label, "end": end, "values": rounded, "colour": colour})
     low, high = drawn.window
     return {
         "along": drawn.along.round(6).tolist(),

@@ -154,6 +154,11 @@ def _escaped(text: str) -> str:
     return escape(say.unbroken(text))
 
 
+def _breakable(text: str) -> str:
+    """Return a text as HTML in which the name of a column may be broken between its words."""
+    return re.sub(r"(?<=[a-z])([_.])(?=[a-z])", r"\1<wbr>", _escaped(text))
+
+
 def blocks(contents: Iterable[Block]) -> str:
     """Return blocks of text (`say.Block`) as HTML for a screen of any width."""
     parts = []
@@ -165,6 +170,11 @@ def blocks(contents: Iterable[Block]) -> str:
         else:
             parts += [_HTML_OF_BLOCK[kind](body) for body in bodies]
     return "".join(parts)
+
+
+def folded(summary: str, inner: str) -> str:
+    """Return HTML that opens below a line of text."""
+    return f"<details><summary>{escape(summary)}</summary>\n{inner}</details>\n"
 
 
 def notes(texts: Sequence[str], kind: str = "note") -> str:
@@ -189,7 +199,7 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
         top = f"<thead><tr>{cells}</tr></thead>"
     body = ""
     for row in rows:
-        cells = "".join(f'<td class="left">{_escaped(str(cell))}</td>' for cell in row)
+        cells = "".join(f'<td class="left">{_breakable(str(cell))}</td>' for cell in row)
         body += f"<tr>{cells}</tr>"
     return f'<div class="scroll" tabindex="0"><table>{top}<tbody>{body}</tbody></table></div>'
 

@@ -20,8 +20,6 @@ _STABLE = LimitWords(
     "elbow unstable",
     "stability",
     "the elbow becomes unstable",
-    "keeps the elbow stable",
-    "makes the elbow unstable",
 )
 
 
@@ -52,18 +50,6 @@ def limit_of_so_much(limit: str, bound: float, read: str = "pretension") -> str:
     """Say a limit with its bound as a noun: "a limit of 400 N on tension"."""
     value = quantity(in_unit_of_reading(QUANTITIES[limit], read), bound)
     return f"a limit of {value} on {LIMITS[limit].words.topic}"
-
-
-def conflict(limits: Sequence[str], bounds: LimitValues, read: str = "pretension") -> str:
-    """Explain why no pretension is left.
-
-    "any pretension that prevents slack makes the elbow unstable": the first limit asks for more
-    pretension, the second for less. A single limit is broken at any pretension.
-    """
-    words = [limit_words(limit, bounds, read) for limit in limits]
-    if len(words) == 1:
-        return f"{words[0].broken} at any pretension"
-    return f"any pretension that {words[0].keeps} {words[1].breaks}"
 
 
 def conflict_label(limits: Sequence[str], bounds: LimitValues) -> str:

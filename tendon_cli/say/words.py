@@ -194,17 +194,22 @@ def duration(seconds: float) -> str:
 # --- Shares ---------------------------------------------------------------------------------------
 
 
-def percent(share: float) -> str:
+def percent(share: float, digits: int = 3) -> str:
     """Write a share in percent.
 
     A share just below 1 is not rounded to 100 %, nor one just above 0 to none: "over 99.9 %",
     "under 0.1 %".
+
+    Args:
+        share: The share.
+        digits: Significant digits.
     """
-    if 0.9995 <= share < 1.0:
-        return "over 99.9 %"
-    if 0.0 < share < 0.0005:
-        return "under 0.1 %"
-    return f"{number(100.0 * share, 3)} %"
+    step = 10.0 ** (2 - digits)  # of the last digit just below 100 %
+    if 1.0 - 0.005 * step <= share < 1.0:
+        return f"over {100.0 - step:g} %"
+    if 0.0 < share < 0.005 * step:
+        return f"under {step:g} %"
+    return f"{number(100.0 * share, digits)} %"
 
 
 def share(part: int, whole: int, noun: str) -> str:

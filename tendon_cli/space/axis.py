@@ -258,7 +258,6 @@ class NamedAxis(Axis):
         sets: Numbers,
         role: Role,
         weighting: Array | None = None,
-        carried: tuple[CarriedColumn, ...] = (),
     ) -> Self:
         """Return the axis of some rows.
 
@@ -268,9 +267,8 @@ class NamedAxis(Axis):
             sets: Numbers that the rows set or scale, (rows,) each.
             role: What the rows are to a designer.
             weighting: Weight of each row in a share, (rows,); None if all count the same.
-            carried: Columns that the rows carry along.
         """
-        return cls(key, key, sets, names, role, weighting=weighting, carried=carried)
+        return cls(key, key, sets, names, role, weighting=weighting)
 
     @property
     def pieces(self) -> int:

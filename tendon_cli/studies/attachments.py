@@ -4,23 +4,35 @@ from __future__ import annotations
 
 import errno
 import hashlib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
+
+from pydantic import ValidationError
 
 from tendon_cli.errors import Fault, InputError, StudyError
 from tendon_cli.files import read_input
 from tendon_cli.quantities import SIDES
 from tendon_cli.readers.table import read_table
+from tendon_cli.space.axis import CASE_AXIS
 from tendon_cli.studies import angle_curves
 from tendon_cli.studies.angle_curves import CurveColumns, CurveTable
+from tendon_cli.studies.checks import sheath_faults
 from tendon_cli.studies.file_content import MAX_BYTES as MAX_PEOPLE_BYTES
 from tendon_cli.studies.file_content import FileContent
+from tendon_cli.studies.json_schema import faults_of
 from tendon_cli.studies.magnitude import Slip, slip_faults, slip_notes
-from tendon_cli.studies.parts import Part
+from tendon_cli.studies.parts import FILES_OF_SHEATH, Part, SheathSide
 from tendon_cli.studies.people.people_section import People
-from tendon_cli.studies.row_reading import RowCells, carried_faults, columns_set
-from tendon_cli.studies.row_table import RowTable
+from tendon_cli.studies.row_reading import (
+    CASES,
+    RowReader,
+    carried_faults,
+    columns_set,
+    flat_keys,
+)
+from tendon_cli.studies.row_table import RowTable, StatedRole
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.table_section import MAX_BYTES as MOST_TABLE_BYTES
 from tendon_cli.studies.table_section import MOST_ROWS, TableSection
@@ -64,12 +76,6 @@ class Attachments:
         study = self._with_fitted_suit(study)
         study = self._with_trajectory(study)
         update = {"sheath": self._sheath(study.sheath, "sheath"), **self._curves(study)}
-        if study.cases:
-            cases = []
-            for at, case in enumerate(study.cases):
-                sheath = self._sheath(getattr(case, "sheath", None), f"cases.{at}.sheath")
-                cases.append(case.model_copy(update={"sheath": sheath}))
-            update["cases"] = tuple(cases)
         if study.people is not None:
             update["people"] = self._people(study.people)
         return study.replaced(update) if self.sources else study
@@ -77,12 +83,10 @@ class Attachments:
     # --- Tables of rows --------------------------------------------------------------------------
 
     def with_tables(self, study: Study) -> Study:
-        """Return the study with the rows of its tables in place of what names them.
+        """Return the study with the rows of its cases and tables in place of what names them.
 
         All faults of the rows are collected. Numbers that are at fault are left out.
         """
-        if not study.table:
-            return study
         tables = []
         for at, section in enumerate(study.table):
             wrong = [*section.contradictions(at)]
@@ -91,7 +95,13 @@ class Attachments:
             if table is not None:
                 tables.append(table)
         self.faults += carried_faults(tables)
-        return study.replaced({"table": tuple(tables)})
+        cases = None
+        if study.cases is not None:
+            reader = self._reader_of_rows(CASE_AXIS, study.cases, CASES)
+            cases = self._read_rows(reader, "condition")
+        if cases is None and not tables:
+            return study
+        return study.replaced({"cases": cases, "table": tuple(tables)})
 
     def _rows(self, section: TableSection, at: int) -> RowTable | None:
         """Return the rows of a table; None if its file cannot be read.
@@ -103,18 +113,67 @@ class Attachments:
         if section.sample is not None:
             self.sources[f"table.{at}.sample"] = section.sample_facts
             return section.sampled(at)
-        cells = section.cells_of_rows(at) if section.file is None else self._cells(section, at)
-        if cells is None:
-            return None
-        reader = section.reader(cells)
-        table = reader.read(section.role)
-        is_of_file = section.file is not None
-        self.faults += [replace(fault, is_of_file=is_of_file) for fault in reader.faults]
+        name = section.name or ""
+        reader: RowReader | None
+        if section.file is not None:
+            reader = self._reader_of_file(name, section.file, at)
+        elif isinstance(section.rows, dict):
+            reader = RowReader.of_columns(name, section.rows, f"table.{at}")
+        else:
+            reader = self._reader_of_rows(name, section.rows, f"table.{at}")
+        return None if reader is None else self._read_rows(reader, section.role)
+
+    def _read_rows(self, reader: RowReader, role: StatedRole | None) -> RowTable:
+        """Return the table of some rows, and collect its faults."""
+        table = reader.read(role)
+        self.faults += [replace(fault, is_of_file=reader.are_texts) for fault in reader.faults]
         return table
 
-    def _cells(self, section: TableSection, at: int) -> RowCells | None:
-        """Return the cells of the file of a table; None if it cannot be read."""
-        file = section.file or ""
+    def _reader_of_rows(
+        self, name: str, rows: Sequence[Mapping[str, Any]], where: str
+    ) -> RowReader:
+        """Return the reader of rows that a study states, with numbers in place of files."""
+        place = CASES if where == CASES else f"{where}.rows"
+        stated = [dict(flat_keys(row)) for row in rows]
+        for at, row in enumerate(stated):
+            self._resolve_row(row, f"{place}.{at}")
+        return RowReader.of_rows(name, stated, where)
+
+    def _resolve_row(self, row: dict[str, Any], place: str) -> None:
+        """Put the numbers of the sheaths of a row in place of the files that give them.
+
+        Args:
+            row: Its cells by dotted keys; changed.
+            place: Its place in the study.
+        """
+        of_both: StudyNumber | None = None
+        for table in ("sheath", *(f"sheath.{side}" for side in SIDES)):
+            files = {f"{table}.{name}": name for name in FILES_OF_SHEATH}
+            stated = {name: row.pop(key) for key, name in files.items() if key in row}
+            if not stated:
+                continue
+            numbers = {name: f"{table}.{name}" for name in ("friction", "bend_angle")}
+            stated |= {name: row[key] for name, key in numbers.items() if key in row}
+            where = f"{place}.{table}"
+            try:
+                sheath = SheathSide.model_validate(stated)
+                self.faults += sheath_faults(where, sheath)
+                found = self._sheath_numbers(sheath, where, of_both)
+            except ValidationError as error:
+                wrong = faults_of(error, KeyPlaces())
+                self.faults += [replace(fault, key=f"{where}.{fault.key}") for fault in wrong]
+                continue
+            except InputError as error:
+                self.faults.append(_fault_of_file(error, where))
+                continue
+            of_both = found.get("bend_angle") or _stated_bend(sheath)
+            for name, key in numbers.items():
+                if found.get(name) is not None:
+                    dimension = keys()[f"sheath.{name}"].number.quantity.dimension
+                    row[key] = found[name].document(dimension)
+
+    def _reader_of_file(self, name: str, file: str, at: int) -> RowReader | None:
+        """Return the reader of the file of a table; None if it cannot be read."""
         key = f"table.{at}.file"
         content = self._read(file, key, MOST_TABLE_BYTES)
         if content is None:
@@ -128,16 +187,12 @@ class Attachments:
         try:
             table = read_table(content, columns_set, source=where, most_bytes=MOST_TABLE_BYTES)
         except InputError as error:
-            place = error.where or where
-            self.faults.append(Fault(place, error.message, error.hint, is_of_file=True))
+            self.faults.append(_fault_of_file(error, where))
             return None
         self._note(key, file, content, rows=len(table))
-        cells = RowCells.of_table(table)
-        self.faults += [
-            Fault(error.where or where, error.message, error.hint, is_of_file=True)
-            for error in table.faults
-        ]
-        return cells
+        reader = RowReader.of_table(name, table)
+        self.faults += [_fault_of_file(error, where) for error in table.faults]
+        return reader
 
     # --- A fitted suit ---------------------------------------------------------------------------
 
@@ -294,7 +349,7 @@ class Attachments:
         if named is None or content is None or isinstance(people.statistics, str):
             return people
         known = people.changed(file=FileContent.of(content))
-        persons = known.read(shorten(named), accepts_slips=self.accepts_slips)
+        persons = known.bodies(where=shorten(named), accepts_slips=self.accepts_slips)
         warnings = list(persons.notes)
         warnings += self._judged("people.file", persons.slips)
         self._note("people.file", named, content, persons=len(persons.persons), warnings=warnings)
@@ -473,8 +528,13 @@ class Attachments:
         }
 
 
+def _fault_of_file(error: InputError, where: str) -> Fault:
+    """Return the error of a file as a fault of the study that names it."""
+    return Fault(error.where or where, error.message, error.hint, is_of_file=True)
+
+
 def _estimate(number: str, middle: float | str, error: float | str, key: str) -> StudyNumber | None:
-    """Return a number with its standard error; for a case, the number only.
+    """Return a number with its standard error; for a row of a table, the number only.
 
     Args:
         number: Key of the number, such as `sheath.friction`.
@@ -482,8 +542,8 @@ def _estimate(number: str, middle: float | str, error: float | str, key: str) ->
         error: Standard error, likewise.
         key: Dotted key that names the file of the estimate.
     """
-    is_of_case = key.startswith("cases.")
-    return keys()[number].number.read(middle if is_of_case else {"mean": middle, "std": error})
+    is_of_row = key.startswith(("cases.", "table."))
+    return keys()[number].number.read(middle if is_of_row else {"mean": middle, "std": error})
 
 
 def _stated_bend(sheath: Any) -> StudyNumber | None:

@@ -30,14 +30,12 @@ from tendon_cli.studies.angle_curves import (
     hint_to_cover,
     not_covered,
 )
-from tendon_cli.studies.contents import case_numbers
 from tendon_cli.studies.design_section import CHOICE_RESULTS
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.figures import figure_faults
 from tendon_cli.studies.fit_section import BACKLASH
 from tendon_cli.studies.magnitude import slip_faults
 from tendon_cli.studies.measured_motion import short_record, trajectory_fault
-from tendon_cli.studies.model_words import word_of
 from tendon_cli.studies.row_table import RowTable
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.toml_reading import KeyPlaces
@@ -85,13 +83,11 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
         *_rest_angle_faults(study, at_fault),
         *_reading_faults(study),
         *_reading_unit_faults(study),
-        *_case_faults(study),
         *_anchor_faults(study, at_fault),
         *_limit_faults(study, at_fault),
         *curve_faults(study, at_fault),
     ]
-    of_motion = (trajectory_fault(study.motion), short_record(study.motion))
-    faults += [fault for fault in of_motion if fault is not None]
+    faults += motion_faults(study)
     faults += _condition_faults(study)
     faults += _exact_faults(study)
     faults += _goal_faults(study, at_fault)
@@ -100,6 +96,12 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
     quantities = {name: key.quantity for path, key in keys().items() for name in (path, key.column)}
     faults += figure_faults(study.figure, quantities, [*_own_columns(study)], at_fault)
     return faults
+
+
+def motion_faults(study: Study) -> list[Fault]:
+    """Return the faults of a motion in time that cannot be smoothed."""
+    faults = (trajectory_fault(study.motion), short_record(study.motion))
+    return [fault for fault in faults if fault is not None]
 
 
 def without_intervals(study: Study) -> Study:
@@ -159,12 +161,7 @@ def implausible_faults(study: Study, files: Collection[str] = ()) -> Iterator[Fa
     if study.allow_implausible:
         return
     for key, slips in study.slips.items():
-        table, _, rest = key.partition(".")
-        owner = ""
-        if table == "cases":
-            case = study.cases[int(rest.partition(".")[0])]
-            owner = f'case "{shorten(str(getattr(case, "name", "")))}"'
-        yield from slip_faults(_key_of_file(key, files), slips, owner)
+        yield from slip_faults(_key_of_file(key, files), slips)
 
 
 def _key_of_file(key: str, files: Collection[str]) -> str:
@@ -176,13 +173,13 @@ def _key_of_file(key: str, files: Collection[str]) -> str:
     return key
 
 
-def check_cases_are_exact(study: Study) -> None:
-    """Check that no case of a study sets a number that is drawn.
+def check_set_once(study: Study) -> None:
+    """Check that no row of a study sets a number that is drawn.
 
     Raises:
-        StudyError: A case does.
+        StudyError: A row does.
     """
-    faults = [*_drawn_case_faults(study)]
+    faults = [*set_twice(study, KeyPlaces())]
     if faults:
         raise StudyError(faults)
 
@@ -214,32 +211,31 @@ def _dependence_faults(study: Study) -> Iterator[Fault]:
 
 
 def _sheath_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
-    """Yield faults of numbers that a file of the sheath also gives, and of smoothing no route."""
-    for table, sheath in _sheaths(study):
-        for number, file in _FILES_OF_SHEATH:
-            if number in sheath.model_fields_set and getattr(sheath, file) is not None:
-                problem = f"cannot be given with {file}, which also gives it"
-                yield Fault(f"{table}.{number}", problem, _LEAVE_ONE_OUT)
-        has_route = sheath.path is not None or f"{table}.path" in at_fault
-        if sheath.path_smoothing is not None and not has_route:
-            problem = "smooths a route, but this table names none"
-            hint = 'add path = "route.csv", or leave it out'
-            yield Fault(f"{table}.path_smoothing", problem, hint)
+    """Yield the faults of the sheaths of both sides, and of each by itself."""
+    yield from sheath_faults("sheath", study.sheath, at_fault)
+    for side in SIDES:
+        of_side = getattr(study.sheath, side)
+        if of_side is not None:
+            yield from sheath_faults(f"sheath.{side}", of_side, at_fault)
 
 
-def _sheaths(study: Study) -> Iterator[tuple[str, Any]]:
-    """Yield every table of sheaths, of cases and of single sides too, with its dotted key."""
-    tables: list[tuple[str, Any]] = [("sheath", study.sheath)]
-    for at, case in enumerate(study.cases):
-        tables.append((f"cases.{at}.sheath", getattr(case, "sheath", None)))
-    for key, sheath in tables:
-        if sheath is None:
-            continue
-        yield key, sheath
-        for side in SIDES:
-            inner = getattr(sheath, side)
-            if inner is not None:
-                yield f"{key}.{side}", inner
+def sheath_faults(table: str, sheath: Any, at_fault: Collection[str] = ()) -> Iterator[Fault]:
+    """Yield faults of numbers that a file of the sheath also gives, and of smoothing no route.
+
+    Args:
+        table: Dotted key of the table.
+        sheath: The table, of both sides or of one.
+        at_fault: Dotted keys that were left out of it.
+    """
+    for number, file in _FILES_OF_SHEATH:
+        if number in sheath.model_fields_set and getattr(sheath, file) is not None:
+            problem = f"cannot be given with {file}, which also gives it"
+            yield Fault(f"{table}.{number}", problem, _LEAVE_ONE_OUT)
+    has_route = sheath.path is not None or f"{table}.path" in at_fault
+    if sheath.path_smoothing is not None and not has_route:
+        problem = "smooths a route, but this table names none"
+        hint = 'add path = "route.csv", or leave it out'
+        yield Fault(f"{table}.path_smoothing", problem, hint)
 
 
 def _output_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
@@ -259,7 +255,7 @@ def _anchor_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
     of_rows = [
         (place, path)
         for table in study.row_tables
-        for place, path in table.places
+        for path, place in table.places.items()
         if path in _ANCHOR_KEYS
     ]
     keys_given = [*stated, *(place for place, _ in of_rows)]
@@ -324,14 +320,9 @@ def _reading_unit_faults(study: Study) -> Iterator[Fault]:
     }
     if "pretension" in study.tendon.model_fields_set:
         stated[PRETENSION] = getattr(study.tendon.pretension, "dimension", None)
-    for at, case in enumerate(study.cases):
-        for key in (PRETENSION, _LARGEST_PRETENSION):
-            table, _, name = key.partition(".")
-            of_case = getattr(getattr(case, table, None), name, None)
-            stated[f"cases.{at}.{key}"] = getattr(of_case, "dimension", None)
     for rows in study.row_tables:
-        for key, reading in rows.readings.items():
-            stated[f"{rows.where}: {key}"] = reading
+        for key, place in rows.places.items():
+            stated[place] = rows.readings.get(key)
     accuracy = study.setting.accuracy
     if accuracy.tension is not None:
         stated["setting.accuracy"] = accuracy.dimension
@@ -546,81 +537,59 @@ def _null_in_all(study: Study, column: str, at_fault: set[str]) -> str | None:
 # --- Tables of rows ------------------------------------------------------------------------------
 
 
-def _case_faults(study: Study) -> Iterator[Fault]:
-    """Yield faults of cases with the same name, and of numbers that something else also gives."""
-    names: set[str] = set()
-    for at, case in enumerate(study.cases):
-        name = str(getattr(case, "name", ""))
-        if name in names:
-            yield Fault(f"cases.{at}.name", f'"{name}" names two cases, expected each name once')
-        names.add(name)
-        numbers = case_numbers(case)
-        axes = [key for key in study.words if word_of(case, key) is not None]
-        axes += [key for key in numbers if key in study.numbers and study.numbers[key].is_axis]
-        for key in axes:
-            problem = "is an axis of this study, so a case cannot set it"
-            yield Fault(f"cases.{at}.{key}", problem)
-        for key in numbers:
-            if key in study.body_numbers:
-                hint = (
-                    f"give {key} in the study, too: then it holds for everyone, except in this case"
-                )
-                yield Fault(f"cases.{at}.{key}", "comes from the body of each person", hint)
-    yield from _drawn_case_faults(study)
-
-
-def _drawn_case_faults(study: Study) -> Iterator[Fault]:
-    """Yield a fault for each number of a case that is drawn."""
-    drawn = study.uncertain if study.drawing is not None else {}
-    for at, case in enumerate(study.cases):
-        for key in case_numbers(case):
-            if key in drawn:
-                problem = "is uncertain in this study and drawn, so a case cannot set it"
-                hint = "[uncertainty] draws = 0 takes its middle in the other cases"
-                yield Fault(f"cases.{at}.{key}", problem, hint)
-
-
-def table_conflicts(study: Study, places: KeyPlaces, settings: Collection[str]) -> Iterator[Fault]:
-    """Yield a fault for each number that a table sets, and that something else gives, too.
+def set_twice(study: Study, places: KeyPlaces, settings: Collection[str] = ()) -> Iterator[Fault]:
+    """Yield a fault for each number that rows set, and that something else gives, too.
 
     Args:
-        study: The study, with the rows of its tables.
+        study: The study, with the rows of its cases and tables.
         places: Lines of the keys in the file of the study.
         settings: Keys that the command line sets.
     """
     setters: dict[str, str] = {}
     for table in study.row_tables:
-        for key in table.keys:
-            other = _other_setter(study, key, settings)
-            if table.is_of_cases:
-                other = None  # its faults have places of their own
+        whose = "a case" if table.is_of_cases else f'the table "{table.key}"'
+        for key, place in table.places.items():
+            other = _other_setter(study, table, key, settings)
             if key in setters:
-                other = f"so {setters[key]}"
+                other = f"so {setters[key]}", _LEAVE_ONE_OUT
             setters[key] = "do the cases" if table.is_of_cases else f"does the table {table.key}"
             if other is None:
                 continue
+            given, hint = other
             line = places.line_of(key)
             where = f" (line {line})" if line is not None and key in places.lines else ""
-            problem = f'the table "{table.key}" sets {key}, but {other}{where}'
-            yield Fault(table.where, problem, "leave one of them out")
+            yield Fault(
+                place if table.is_of_cases else table.where,
+                f"{whose} sets {key}, but {given}{where}",
+                hint,
+            )
 
 
-def _other_setter(study: Study, key: str, settings: Collection[str]) -> str | None:
-    """Say what else than a table and a plain value gives a number; None if nothing does."""
+def _other_setter(
+    study: Study, table: RowTable, key: str, settings: Collection[str]
+) -> tuple[str, str] | None:
+    """Say what else than a table and a plain value gives a number, with a hint; None for nothing.
+
+    Cases replace what the command line sets, and the middle of a number that is not drawn.
+    """
     values = study.numbers.get(key)
-    if key in settings:
-        return f"--set {key} does, too"
+    if key in settings and not table.is_of_cases:
+        return f"--set {key} does, too", _LEAVE_ONE_OUT
     if key in study.words or (values is not None and values.is_axis):
-        return f"{key} is an axis of this study"
-    if key in study.uncertain:
-        return f"{key} is uncertain in this study"
+        return f"{key} is an axis of this study", _LEAVE_ONE_OUT
+    if key in study.uncertain and not table.is_of_cases:
+        return f"{key} is uncertain in this study", _LEAVE_ONE_OUT
+    if key in study.uncertain and study.drawing is not None:
+        hint = "[uncertainty] draws = 0 takes its middle in the other cases"
+        return f"{key} is uncertain in this study, and drawn", hint
     if key in study.body_numbers:
-        return f"{key} comes from the body of each person"
+        hint = f"give {key} in the study, too: then it holds for everyone, except in these rows"
+        return f"{key} comes from the body of each person", hint
     if key in bends_of(study) and isinstance(bends_of(study)[key], CurveTable):
-        return f"{key} follows the joint in this study"
+        return f"{key} follows the joint in this study", _LEAVE_ONE_OUT
     for owner, names, given in _GIVEN_BY:
         owned = {f"{owner}.{name}" for name in names}
         given_table, _, given_name = given.partition(".")
         if key in owned and getattr(getattr(study, given_table), given_name) is not None:
-            return f"{given} also gives it"
+            return f"{given} also gives it", _LEAVE_ONE_OUT
     return None

@@ -5,18 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, get_args
 
-from pydantic import AfterValidator, Field, StringConstraints, create_model
+from pydantic import AfterValidator, StringConstraints
 from pydantic.fields import FieldInfo
 
 from tendon_cli.quantities import QUANTITIES, Quantity, bound_name
 from tendon_cli.space.axis import limit_of, split_side
-from tendon_cli.studies.accuracy import Accuracy
-from tendon_cli.studies.angle_curves import CurveField, CurveTable
+from tendon_cli.studies.angle_curves import CurveTable
 from tendon_cli.studies.design_section import Limits
-from tendon_cli.studies.fields import SingleField, WordField, fault
-from tendon_cli.studies.file_content import FileContent
+from tendon_cli.studies.fields import SingleField, fault
 from tendon_cli.studies.magnitude import Slip
 from tendon_cli.studies.number import NumberField
 from tendon_cli.studies.parts import (
@@ -33,7 +31,6 @@ from tendon_cli.studies.parts import (
     Spring,
     Tendon,
 )
-from tendon_cli.studies.reading_fields import ReadingField, SingleReadingField
 from tendon_cli.studies.values import StudyNumber
 
 _NOTABLE_SHARE = 1e-3
@@ -86,43 +83,27 @@ def marked_numbers(part: Part, prefix: str) -> Iterator[tuple[str, SingleField, 
             yield from marked_numbers(value, key)
 
 
-def case_numbers(case: Part) -> dict[str, float]:
-    """Return the numbers that a case overrides, by dotted key, in SI."""
-    numbers: dict[str, float] = {}
-    for name in type(case).model_fields:
-        part = getattr(case, name)
-        if isinstance(part, Part):
-            for key, _, values in marked_numbers(part, name):
-                numbers[key] = values.single
-    return numbers
-
-
 def part_document(part: Part) -> dict[str, Any]:
     """Return a table with its defaults, in SI, such that it reads back as the same table."""
     content: dict[str, Any] = {}
     for name, field in type(part).model_fields.items():
         value = None if field.exclude else getattr(part, name)
         mark = _number_mark(field)
-        if isinstance(value, (CurveTable, Accuracy, FileContent)):
-            content[name] = value.document()
-        elif isinstance(value, Part):
+        if isinstance(value, Part):
             content[name] = part_document(value)
         elif isinstance(value, StudyNumber) and mark is not None:
             content[name] = value.document(mark.quantity.dimension)
+        elif value is not None and hasattr(value, "document"):
+            content[name] = value.document()
         elif isinstance(value, tuple):
             # An empty list differs from a key that is left out only if the default is None.
             if value or field.default is None:
-                content[name] = [_item_document(item) for item in value]
+                content[name] = [
+                    item.document() if hasattr(item, "document") else item for item in value
+                ]
         elif value is not None:
             content[name] = value
     return content
-
-
-def _item_document(item: Any) -> Any:
-    """Return an item of a list as a study file would have it: a word, a table or rows."""
-    if isinstance(item, Part):
-        return part_document(item)
-    return item.document() if hasattr(item, "document") else item
 
 
 def marked_slips(part: Part, prefix: str) -> Iterator[tuple[str, tuple[Slip, ...]]]:
@@ -154,7 +135,7 @@ def warn_of_distributions(
             yield f"{key} can only be {span}: {cut_off}"
 
 
-# --- Titles and cases ----------------------------------------------------------------------------
+# --- Titles and tables ---------------------------------------------------------------------------
 
 
 def _check_printable(text: str) -> str:
@@ -167,63 +148,11 @@ def _check_printable(text: str) -> str:
 Title = Annotated[
     str, StringConstraints(max_length=300, strict=True), AfterValidator(_check_printable)
 ]
-_CaseName = Annotated[
-    str,
-    StringConstraints(min_length=1, max_length=200, strict=True),
-    AfterValidator(_check_printable),
-]
-
-_SAME_FOR_ALL_CASES = (
-    "smoothing",
-    "scale_with",
-    "stiffness_with",
-    "read",
-    "reading_error",
-    "anchors",
-    "accuracy",
-    "rope",
-)
-"""Keys that a case cannot override."""
-
 DESIGN_PARTS: dict[str, type[Part]] = {
     part.__name__.lower(): part
     for part in (Arm, Sheath, Tendon, Spring, Anchor, Joint, Spool, Load, Model, Setting, Limits)
 }
 """Tables that describe a design, by their keys."""
-
-
-def _overriding_table(part: type[Part]) -> type[Part]:
-    """Return the type of a table inside a case: no key has a default, no number is an axis."""
-    fields: dict[str, Any] = {}
-    for name, field in part.model_fields.items():
-        is_curve = any(isinstance(mark, CurveField) for mark in field.metadata)
-        if is_curve or name in _SAME_FOR_ALL_CASES:
-            continue  # cases differ in numbers, not in the joint
-        number = _number_mark(field)
-        words = next((mark.words for mark in field.metadata if isinstance(mark, WordField)), None)
-        inner = table_type(field)
-        kind: Any = field.annotation
-        if number is not None:
-            single = SingleReadingField if isinstance(number, ReadingField) else SingleField
-            kind = Annotated[StudyNumber, single(number.name, number.low, number.high, number.word)]
-        elif words is not None:
-            kind = Literal[words]
-        elif inner is not None:
-            kind = _overriding_table(inner)
-        fields[name] = (kind | None, Field(default=None, description=field.description))
-    return create_model(f"Case{part.__name__}", __base__=Part, __doc__=part.__doc__, **fields)
-
-
-def case_tables() -> Any:
-    """Build the type of `[[cases]]`, which few studies have."""
-    fields: dict[str, Any] = {
-        "name": (_CaseName, Field(description="name of the case, different for each"))
-    }
-    for name, part in DESIGN_PARTS.items():
-        fields[name] = (_overriding_table(part) | None, None)
-    doc = "One case, such as a person: a name, and the keys in which it differs."
-    case = create_model("Case", __base__=Part, __doc__=doc, **fields)
-    return tuple[case, ...]  # type: ignore[valid-type]
 
 
 # --- Keys and columns ----------------------------------------------------------------------------

@@ -8,10 +8,9 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
 from typing import Any
 
 from pydantic import (
@@ -19,7 +18,6 @@ from pydantic import (
     BeforeValidator,
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
-    TypeAdapter,
     WithJsonSchema,
 )
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
@@ -394,28 +392,3 @@ class SingleField(FieldMark):
         optional = "?" if self.quantity.dimension == "number" else ""
         pattern = rf"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{{1,3}})?\s*({units}){optional}\s*$"
         return {"type": "string", "pattern": pattern}
-
-
-@dataclass(frozen=True)
-class DeferredTables(FieldMark):
-    """Mark of a list of tables that few studies have; their type is built when it is needed."""
-
-    build: Callable[[], Any]
-    """Function that builds the type of the list."""
-
-    @cached_property
-    def _adapter(self) -> TypeAdapter[Any]:
-        return TypeAdapter(self.build())
-
-    def read(self, value: object) -> Any:
-        """Return the tables as their type has them; an empty list as it is.
-
-        Raises:
-            ValidationError: The tables are not of this type.
-        """
-        return value if value == () else self._adapter.validate_python(value)
-
-    def __get_pydantic_json_schema__(
-        self, core: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
-        return handler(self._adapter.core_schema)

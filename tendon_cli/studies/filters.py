@@ -169,7 +169,10 @@ class Condition:
         is_met = np.zeros(values.shape, dtype=np.bool_)
         for wanted in self._compared(np.array(self.wanted, dtype=values.dtype)):
             is_met |= np.asarray(compare(compared, wanted), dtype=np.bool_)
-        return ~is_met & _is_known(values) if self.relation == "!=" else is_met
+        if self.relation != "!=":
+            return is_met
+        is_null = values == "" if values.dtype == object else np.isnan(values)
+        return np.asarray(~is_met & ~is_null, dtype=np.bool_)
 
     def _compared(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Return values as they are compared."""
@@ -255,9 +258,3 @@ def _value_meant(number: float, rounding: float, axis_values: npt.NDArray[Any]) 
         return float(finite[nearest])
     rounded = np.unique(finite[distance <= rounding])
     return float(rounded[0]) if len(rounded) == 1 else number
-
-
-def _is_known(values: npt.NDArray[Any]) -> Truth:
-    """Return True where a value is not null."""
-    known = values != "" if values.dtype == object else ~np.isnan(values)
-    return np.asarray(known, dtype=np.bool_)

@@ -23,7 +23,7 @@ from tendon_cli.studies.values import (
     OF_SECOND_BODIES,
     OF_SECOND_DRAWS,
     Stream,
-    draw_fresh_numbers,
+    draw_numbers,
 )
 
 
@@ -130,7 +130,9 @@ def _uncertain_numbers(study: Study, count: int, stream: Stream) -> dict[str, Ar
     if study.drawing is None:
         return {}
     seed = study.drawing.seed
-    drawn = draw_fresh_numbers(study.to_draw, count, seed, study.correlation, stream)
+    drawn = draw_numbers(
+        study.to_draw, count, seed, study.correlation, sampler="random", stream=stream
+    )
     return drawn_numbers(study, drawn)
 
 

@@ -39,7 +39,7 @@ def instead_of(path: Iterable[str]) -> str | None:
     """Return what to use instead of a key that a study had; None for any other.
 
     Args:
-        path: The key, part by part; places in lists, and the case that sets it, do not count.
+        path: The key, part by part; places in lists do not count.
     """
     names = [part for part in path if not part.isdecimal()]
-    return GONE.get(".".join(names).removeprefix("cases."))
+    return GONE.get(".".join(names))

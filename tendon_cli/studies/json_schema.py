@@ -135,10 +135,6 @@ def _problem_and_hint(detail: Any, path: list[str], *, has_tables: bool) -> tupl
     if kind == "tendon":
         return context["problem"], context["hint"]
     if kind == "extra_forbidden":
-        key = ".".join(path[2:] if path[0] == "cases" else path)
-        if path[0] == "cases" and any(f"{known}.".startswith(f"{key}.") for known in key_words()):
-            hint = f"state {key} for the whole study, or write a study for each case"
-            return "is the same for all cases", hint
         instead = instead_of(path)
         if instead is not None:
             return IS_GONE, instead

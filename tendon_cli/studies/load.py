@@ -20,12 +20,13 @@ from tendon_cli.studies.checks import (
     contradictions,
     curve_faults,
     implausible_faults,
-    table_conflicts,
+    motion_faults,
+    set_twice,
 )
 from tendon_cli.studies.json_schema import faults_of
 from tendon_cli.studies.spaces import impossibilities, with_readable_default
 from tendon_cli.studies.study import EXTENDS, Study, keys
-from tendon_cli.studies.study_file import STDIN, read_document
+from tendon_cli.studies.study_file import STDIN, read_document, study_files
 from tendon_cli.studies.study_layers import Layer, layer_sources, merge_layers, read_layers
 from tendon_cli.studies.toml_reading import (
     MAX_DEPTH,
@@ -36,12 +37,15 @@ from tendon_cli.studies.toml_reading import (
     refused,
 )
 from tendon_cli.units import described, shorten
+from tendon_cli.version import RESULTS_VERSION
 
 AnyStudy: TypeAlias = str | PathLike[str] | Mapping[str, Any] | Study
 """Study, its keys in a dictionary, or the path of its file."""
 
 _ROWS = re.compile(r"table\.[0-9]+\.rows")
 """Path of the rows of a table, whose empty cells leave the value of the study."""
+_MOST_FILES = 100
+"""Most files of a folder that are read to find a study."""
 _NO_LINE = 10**9
 """Place of a fault without a line, behind all others."""
 
@@ -110,6 +114,19 @@ def load_study(path: str | PathLike[str], settings: Iterable[str] = ()) -> Study
         if error.where is None:
             error.where = "standard input" if file == STDIN else shorten(str(file), 1000)
         raise
+
+
+def studies_in(folder: Path) -> list[Path]:
+    """Return the files of a folder that have the keys of a study and no others."""
+
+    def is_study(file: Path) -> bool:
+        try:
+            content = read_document(file).content
+        except StudyError:
+            return False
+        return {key.partition(".")[0] for key in content} <= {*Study.model_fields}
+
+    return [file for file in study_files(folder)[:_MOST_FILES] if is_study(file)]
 
 
 def named_path(file: Path, settings: Iterable[str], key: str) -> Path:
@@ -223,7 +240,7 @@ def study_from(
             if not faults and not typed and not files.faults:
                 raise
         faults += files.faults
-        faults += table_conflicts(study, places, settings)
+        faults += set_twice(study, places, settings)
         faults += implausible_faults(study, files.sources)
         if not faults:
             faults += curve_faults(study)
@@ -234,15 +251,10 @@ def study_from(
         raise _input_error(faults)
     if study is None or faults:
         placed = [places.placed(fault) for fault in faults]
-        placed.sort(key=_place_in_files)
+        placed.sort(key=lambda one: (one.file or "", _NO_LINE if one.line is None else one.line))
         raise StudyError(placed)
     axes = tuple(dict.fromkeys((*order, *_number_keys(content))))
     return study.ordered(axes, {**(sources or {}), **files.sources})
-
-
-def _place_in_files(fault: Fault) -> tuple[str, int]:
-    """Return the order of a fault among others: by file, the study's own first, and by line."""
-    return fault.file or "", _NO_LINE if fault.line is None else fault.line
 
 
 def _input_error(faults: list[Fault]) -> InputError:
@@ -276,14 +288,34 @@ def varied_study(study: Study, settings: Mapping[str, Any]) -> Study:
     return varied.ordered(varied.axes, study.sources)
 
 
-def recorded_study(record: Mapping[str, Any]) -> Study:
+def recorded_study(record: Mapping[str, Any], version: object = RESULTS_VERSION) -> Study:
     """Return the study of a run or a table from its `Study.record`, without its files.
 
-    What a record of an older version holds was accepted when it was computed.
+    Types, sizes and bounds are checked as in any file. That its keys do not contradict one another,
+    and that its numbers are plausible, was judged when this version computed it; a record of
+    another version is judged again.
+
+    Args:
+        record: The record.
+        version: Version of the results that it was written with.
+
+    Raises:
+        StudyError: It is not as tendon writes it.
     """
     axes = tuple(record["axes"])
     content = {"allow_implausible": True, **record["study"]}
-    study = study_from(content, order=axes, is_recorded=True)
+    if version != RESULTS_VERSION:
+        judged = study_from(content, order=axes, is_recorded=True)
+        return judged.ordered(axes, record["sources"])
+    study, faults = _validated(content, KeyPlaces())
+    if study is not None and (study.table or study.cases is not None):
+        files = Attachments(Path(), accepts_slips=True)
+        study = files.with_tables(study)
+        faults += files.faults
+    if study is not None and study.motion.trajectory is not None:
+        faults += motion_faults(study)
+    if study is None or faults:
+        raise StudyError(faults)
     return study.ordered(axes, record["sources"])
 
 

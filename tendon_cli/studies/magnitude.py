@@ -213,21 +213,14 @@ def hint_at_units(meant: Iterable[str]) -> str | None:
     return f"did you mean {listed}?" if listed else None
 
 
-def slip_faults(key: str, slips: Sequence[Slip], owner: str = "") -> Iterator[Fault]:
-    """Yield a fault for each slip of a key; of many only the first ones, and their number.
-
-    Args:
-        key: Dotted key.
-        slips: Slips of its value.
-        owner: Words for the table of the key, such as a case; empty for the study.
-    """
-    start = f"{owner}: " if owner else ""
+def slip_faults(key: str, slips: Sequence[Slip]) -> Iterator[Fault]:
+    """Yield a fault for each slip of a key; of many only the first ones, and their number."""
     for slip in slips[:_MOST_LISTED]:
         hint = hint_at_units(slip.suggestions)
-        yield Fault(key, f"{start}{slip.problem}", hint, is_implausible=True)
+        yield Fault(key, slip.problem, hint, is_implausible=True)
     if len(slips) > _MOST_LISTED:
         more = len(slips) - _MOST_LISTED
-        problem = f"{start}and {counted(more, 'more value')} far from any arm"
+        problem = f"and {counted(more, 'more value')} far from any arm"
         yield Fault(key, problem, is_implausible=True)
 
 

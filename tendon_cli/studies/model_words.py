@@ -16,17 +16,16 @@ KEYS_OF_WORDS = (*WORDS_OF, *(of_side(SPRING_AT, side) for side in SIDES))
 """Keys of these words, those of one side included."""
 
 
-def word_of(table: object, key: str) -> str | None:
-    """Return the word at a dotted key of a study or a case; None if it has no single word."""
-    for name in key.split("."):
-        table = getattr(table, name, None)
-    return table if isinstance(table, str) else None
-
-
-def numbers_of_words(table: object) -> dict[str, float]:
-    """Return the words that a study or a case gives, as the numbers that they are to the model."""
-    words = {key: word_of(table, key) for key in KEYS_OF_WORDS}
-    return {key: number_of_word(key, word) for key, word in words.items() if word is not None}
+def numbers_of_words(study: object) -> dict[str, float]:
+    """Return the single words that a study gives, as the numbers that they are to the model."""
+    words = {}
+    for key in KEYS_OF_WORDS:
+        word = study
+        for name in key.split("."):
+            word = getattr(word, name, None)
+        if isinstance(word, str):
+            words[key] = number_of_word(key, word)
+    return words
 
 
 def number_of_word(key: str, word: str) -> float:

@@ -166,6 +166,10 @@ class SheathSide(Part):
     path_smoothing: Annotated[StudyNumber | None, SingleField("path_smoothing", 0.0, 1.0)] = None
 
 
+FILES_OF_SHEATH = ("path", "path_smoothing", "friction_from")
+"""Keys of a sheath that name a file, or say how it is read."""
+
+
 class Sheath(SheathSide):
     """Sheaths of both tendons."""
 

@@ -8,11 +8,11 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cache
-from typing import Any
+from functools import cache, partial
+from typing import Any, Self
 
 import numpy as np
 from pydantic_core import PydanticCustomError
@@ -23,7 +23,7 @@ from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.readers.heading import Heading
 from tendon_cli.readers.table import Table
-from tendon_cli.space.axis import NAMED_AXES, CarriedColumn, split_side
+from tendon_cli.space.axis import CASE_AXIS, NAMED_AXES, CarriedColumn, split_side
 from tendon_cli.studies.contents import keys
 from tendon_cli.studies.design_section import CHOICE_RESULTS
 from tendon_cli.studies.fields import SingleField, fault, hint_at_nearest
@@ -56,8 +56,12 @@ _NEAR_OF_UNIT = 0.4
 """Similarity from which a header is taken for a key with the same unit."""
 _SPELLED_OUT = {"mu": "μ", "eta": "η"}
 """Symbols of keys that a header may spell out."""
+_LARGEST = 1e300
+"""Bound below which a number counts as finite."""
 _UNSTATED = ("inf", "+inf", "-inf", "infinity", "\u221e", "nan", "na", "n/a", "-")
 """Cells of a limit that a maker does not state: they are as empty."""
+CASES = "cases"
+"""Key of the rows whose table is called `case`."""
 _HEADER = re.compile(r"^(.*?)\s*(?:[(\[](.*)[)\]])?\s*$", re.DOTALL)
 _NUMBER = re.compile(r"[+-]?([0-9]{1,40}\.?[0-9]{0,40}|\.[0-9]{1,40})([eE][+-]?[0-9]{1,3})?")
 _OTHER_COLUMNS = (
@@ -94,83 +98,44 @@ def known_columns() -> frozenset[str]:
     return frozenset({*numbers, *results, *CHOICE_RESULTS, *_OTHER_COLUMNS, *NAMED_AXES})
 
 
-@dataclass(frozen=True)
-class RowCells:
-    """Cells of a table as they were written, by columns."""
-
-    where: str
-    """Place of the table, for errors: "springs.csv", "table.0"."""
-    header: Sequence[RowHeader]
-    """Headers of the columns."""
-    columns: Sequence[Sequence[Any]]
-    """Cells of each column: texts, or numbers of a study; None or "" for an empty cell."""
-    place: Callable[[int], str]
-    """Returns the place of a row, for errors."""
-    header_place: str
-    """Place of the headers, for errors."""
-    are_texts: bool = False
-    """True for a file of text, whose numbers need a unit."""
-
-    @classmethod
-    def of_table(cls, table: Table) -> RowCells:
-        """Return the cells of a file; a sign that may separate thousands is a fault of it."""
-        header = [RowHeader.of(heading.header, heading) for heading in table.columns]
-        columns = [
-            table.texts(heading) if one.name == NAME else table.measures(heading)
-            for one, heading in zip(header, table.columns, strict=True)
-        ]
-        where = table.source
-        return cls(
-            where, header, columns, lambda row: table.place(row=row), table.place(), are_texts=True
-        )
-
-    def __len__(self) -> int:
-        return len(self.columns[0]) if self.columns else 0
+def flat_keys(table: Mapping[Any, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the values of a row by dotted keys, whether these are quoted or nested."""
+    parts = {known[: known.rfind(".")] for known in row_keys()}
+    for name, value in table.items():
+        key = f"{prefix}{name}"
+        if isinstance(value, dict) and any(f"{part}.".startswith(f"{key}.") for part in parts):
+            yield from flat_keys(value, f"{key}.")
+        else:
+            yield key, value
 
 
 def columns_set(columns: Sequence[Heading]) -> Sequence[Heading]:
     """Return the columns of a line if it is a header of rows: it has names, or sets a number."""
-    headers = [RowHeader.of(column.header, column) for column in columns]
+    headers = [row_heading(column.index, column.header, column) for column in columns]
     is_header = any(one.name == NAME or one.name in row_keys() for one in headers)
     return columns if is_header else []
 
 
-@dataclass(frozen=True)
-class RowHeader:
-    """Header of a column: what it names, and its unit."""
+def row_heading(index: int, text: str, heading: Heading | None = None) -> Heading:
+    """Return the header of a column of rows: what it names, and what stands in its brackets.
 
-    text: str
-    """The header as written."""
-    name: str
-    """The header without its unit."""
-    unit: str
-    """Unit, or what else stands in its brackets; empty if there are none."""
-
-    @classmethod
-    def of(cls, text: str, heading: Heading | None = None) -> RowHeader:
-        """Return the header of a text: its name, and what stands in brackets behind it.
-
-        Args:
-            text: Header as written.
-            heading: Column of a file, which may have its unit elsewhere: in a row of its own, or
-                behind the key of a number.
-        """
-        match = _HEADER.match(text.strip())
-        name = text.strip() if match is None else match[1].strip()
-        unit = "" if match is None else (match[2] or "").strip()
-        if heading is not None and not unit:
-            is_below = heading.unit and not Heading.of(0, text).unit
-            if is_below or heading.name in row_keys():
-                name = heading.name
-                unit = heading.unit
-        if name.casefold() == NAME:  # a spreadsheet may begin it with a capital
-            name = NAME
-        return cls(text.strip(), name, unit)
-
-    @property
-    def column(self) -> str:
-        """Name as that of a column: letters, digits and `_`."""
-        return re.sub(r"\W+", "_", self.name).strip("_")
+    Args:
+        index: Place of the column.
+        text: Header as written.
+        heading: Column of a file, which may have its unit elsewhere: in a row of its own, or behind
+            the key of a number.
+    """
+    header = text.strip()
+    match = _HEADER.match(header)
+    name, unit = (header, "") if match is None else (match[1].strip(), (match[2] or "").strip())
+    if heading is not None and not unit:
+        is_below = heading.unit and not Heading.of(0, text).unit
+        if is_below or heading.name in row_keys():
+            name = heading.name
+            unit = heading.unit
+    if name.casefold() == NAME:  # a spreadsheet may begin it with a capital
+        name = NAME
+    return Heading(index, header, name, unit)
 
 
 @dataclass
@@ -179,20 +144,68 @@ class RowReader:
 
     key: str
     """Name of the table."""
-    cells: RowCells
-    needs_names: bool = True
-    """False for a sample, whose rows are numbered."""
+    where: str
+    """Place of the table, for errors: "springs.csv", "table.0"."""
+    headers: Sequence[Heading]
+    """Headers of the columns."""
+    columns: Sequence[Sequence[Any]]
+    """Cells of each column: texts, or numbers of a study; None or "" for an empty cell."""
+    place: Callable[[int], str]
+    """Returns the place of a row, for errors."""
+    header_place: str
+    """Place of the headers, for errors; empty for cases, each of which states its own keys."""
+    are_texts: bool = False
+    """True for a file of text, whose numbers need a unit."""
     faults: list[Fault] = field(default_factory=list)
     """Faults found so far."""
-    slips: list[Slip] = field(default_factory=list)
-    """Values that are far from any arm."""
+    slips: dict[str, tuple[Slip, ...]] = field(default_factory=dict)
+    """Values that are far from any arm, by the place of the table, or of a case's key."""
+
+    @classmethod
+    def of_table(cls, key: str, table: Table) -> Self:
+        """Return the reader of a file; a sign that may separate thousands is a fault of it."""
+        headers = [row_heading(one.index, one.header, one) for one in table.columns]
+        columns = [
+            table.texts(heading) if one.name == NAME else table.measures(heading)
+            for one, heading in zip(headers, table.columns, strict=True)
+        ]
+        place = partial(table.place, None)
+        return cls(key, table.source, headers, columns, place, table.place(), are_texts=True)
+
+    @classmethod
+    def of_columns(cls, key: str, columns: Mapping[str, Sequence[Any]], where: str) -> Self:
+        """Return the reader of columns that a program states by their headers."""
+        headers = [row_heading(at, text) for at, text in enumerate(columns)]
+        rows = f"{where}.rows"
+        cells = [[None if _is_nan(cell) else cell for cell in one] for one in columns.values()]
+        return cls(key, where, headers, cells, lambda row: f"{rows}, row {row + 1}", rows)
+
+    @classmethod
+    def of_rows(cls, key: str, rows: Sequence[Mapping[str, Any]], where: str) -> Self:
+        """Return the reader of rows that a study states, by their dotted keys."""
+        place = f"{where}.rows"
+        header_place = place
+        keys_given = dict.fromkeys(stated for row in rows for stated in row)
+        if where == CASES:
+            place = CASES
+            header_place = ""
+            order = {known: at for at, known in enumerate(row_keys())}
+            ordered = (sorted(row, key=lambda one: order.get(one, len(order))) for row in rows)
+            keys_given = dict.fromkeys((NAME, *(stated for row in ordered for stated in row)))
+        columns = [[row.get(stated) for row in rows] for stated in keys_given]
+        headers = [row_heading(at, str(stated)) for at, stated in enumerate(keys_given)]
+        return cls(key, where, headers, columns, lambda row: f"{place}.{row}", header_place)
+
+    @property
+    def _is_of_cases(self) -> bool:
+        return self.key == CASE_AXIS
 
     def read(self, role: StatedRole | None) -> RowTable:
         """Return the table; of a faulty one what could be read."""
         numbers: dict[str, Array] = {}
         readings: dict[str, str] = {}
         carried: dict[str, CarriedColumn] = {}
-        unused: list[RowHeader] = []
+        unused: list[Heading] = []
         names: tuple[str, ...] | None = None
         for header, column in self._named_columns():
             if header.name == NAME:
@@ -205,94 +218,109 @@ class RowReader:
             elif self._may_be_carried(header):
                 carried[header.column] = self._carried(header, column)
                 unused.append(header)
-        if not numbers and not self.faults:
+        if not (numbers or self.faults or self._is_of_cases):
             self._refuse_nothing_set(unused)
         if names is None:
-            names = tuple(map(str, range(1, len(self.cells) + 1)))
-            if self.needs_names:
-                found = shorten(", ".join(header.text for header in self.cells.header), 200)
-                problem = f'no column "{NAME}", the headers read: {found}'
-                hint = f"a column {NAME} that tells the rows apart"
-                self.faults.append(Fault(self.cells.header_place, problem, hint))
+            names = tuple(map(str, range(1, len(self.columns[0]) + 1)))
+            found = shorten(", ".join(header.header for header in self.headers), 200)
+            problem = f'no column "{NAME}", the headers read: {found}'
+            hint = f"a column {NAME} that tells the rows apart"
+            self.faults.append(Fault(self.header_place, problem, hint))
         return RowTable(
-            key=self.key,
-            names=names,
-            numbers=numbers,
-            role=role,
+            self.key,
+            self.key,
+            numbers,
+            names,
+            stated_role=role,
             carried=tuple(carried.values()),
             readings=readings,
-            slips=tuple(self.slips),
-            where=self.cells.where,
+            slips=self.slips,
+            where=self.where,
         )
 
     # --- Headers ---------------------------------------------------------------------------------
 
-    def _named_columns(self) -> Iterator[tuple[RowHeader, Sequence[Any]]]:
+    def _named_columns(self) -> Iterator[tuple[Heading, Sequence[Any]]]:
         """Yield the columns with a header, each name once; an empty column needs none."""
         seen: dict[str, str] = {}
-        for header, column in zip(self.cells.header, self.cells.columns, strict=True):
+        for header, column in zip(self.headers, self.columns, strict=True):
             if not header.name:
                 if not all(map(_is_empty, column)):
                     self._refuse_header(header, "a column without a header", "give it a name")
                 continue
             name = header.name if "." in header.name else header.column
             if name in seen:
-                both = f'"{seen[name]}" and "{header.text}"'
+                both = f'"{seen[name]}" and "{header.header}"'
                 self._refuse_header(header, f"{header.name} is given twice, {both}", None)
                 continue
-            seen[name] = header.text
+            seen[name] = header.header
             yield header, column
 
-    def _refuse_header(self, header: RowHeader, problem: str, hint: str | None) -> None:
-        place = self.cells.header_place
-        shown = f'"{shorten(header.text)}": ' if header.text else ""
+    def _refuse_header(self, header: Heading, problem: str, hint: str | None) -> None:
+        """Collect a fault of a header; that of a case is a key of the first case that states it."""
+        place = self.header_place
+        shown = f'"{shorten(header.header)}": ' if header.header else ""
+        if not place:
+            column = self.columns[header.index]
+            first = next((row for row, cell in enumerate(column) if cell is not None), 0)
+            place = shorten(self._cell_place(first, header), 120)
+            shown = ""
         self.faults.append(Fault(place, f"{shown}{problem}", hint))
 
-    def _may_be_carried(self, header: RowHeader) -> bool:
+    def _may_be_carried(self, header: Heading) -> bool:
         """Return True for a header that names no key of the study, but a column of its own."""
-        unit = f" ({header.unit})" if header.unit else ""
         meant = {key.column: path for path, key in keys().items() if path in row_keys()}
-        if header.name in meant:
-            hint = f'did you mean "{meant[header.name]}{unit}"?'
-            self._refuse_header(header, "is not a key of a study, but a column of its tables", hint)
-            return False
-        if "." in header.name:
-            near = hint_at_nearest(header.name, row_keys(), cutoff=0.6)
-            instead = instead_of(header.name.split("."))
-            if instead is not None:
-                self._refuse_header(header, IS_GONE, instead)
-            elif header.name.startswith("motion."):
-                problem = "is the same for all rows"
-                self._refuse_header(header, problem, f"state {header.name} in the study")
-            elif near is None:
-                tables = "keys such as spring.stiffness (kN/m); other headers have no dot"
-                self._refuse_header(header, "unknown key", tables)
-            else:
-                self._refuse_header(header, "unknown key", near.removesuffix('"?') + f'{unit}"?')
-            return False
-        if not header.column:
-            self._refuse_header(header, "has neither letters nor digits", "give it a name")
-            return False
         own = f"{self.key}_{header.column}"
-        if own in known_columns():
-            alike = meant.get(own)
-            hint = f'did you mean "{alike}{unit}"?' if alike else "rename the column"
-            self._refuse_header(header, f"would be the column {own}, which tables have", hint)
-            return False
-        return True
+        if "." in header.name or header.name in meant or self._is_of_cases:
+            problem, hint = self._unknown_key(header, meant.get(header.name))
+        elif not header.column:
+            problem, hint = "has neither letters nor digits", "give it a name"
+        elif own in known_columns():
+            problem = f"would be the column {own}, which tables have"
+            hint = "rename the column"
+            if own in meant:
+                hint = _with_unit(f'did you mean "{meant[own]}"?', header)
+        else:
+            return True
+        self._refuse_header(header, problem, hint)
+        return False
 
-    def _refuse_nothing_set(self, headers: Sequence[RowHeader]) -> None:
+    def _unknown_key(self, header: Heading, meant: str | None) -> tuple[str, str]:
+        """Return problem and hint of a header that no row can set.
+
+        Args:
+            header: The header.
+            meant: Key whose column in tables it names; None for any other.
+        """
+        from tendon_cli.studies.json_schema import key_words  # only a fault pays for its import
+
+        name = header.name
+        instead = instead_of(name.split("."))
+        if instead is not None:
+            return IS_GONE, instead
+        if any(f"{known}.".startswith(f"{name}.") for known in key_words()):
+            hint = f"state {name} for the whole study, or write a study for each row"
+            return "is the same for all rows", hint
+        like = meant or _key_like(header)
+        near = hint_at_nearest(name, (NAME, *row_keys()), cutoff=0.6)
+        if meant is not None or (near is None and like is not None):
+            near = f'did you mean "{like}"?'
+        if near is None:
+            return "unknown key", "keys such as spring.stiffness (kN/m)"
+        return "unknown key", _with_unit(near, header)
+
+    def _refuse_nothing_set(self, headers: Sequence[Heading]) -> None:
         """Refuse rows that set no number of the study; name keys that headers may have meant."""
         meant = []
         for header in headers:
             key = _key_like(header)
             if key is not None:
-                meant.append(f'"{key}" for "{shorten(header.text)}"')
+                meant.append(f'"{key}" for "{shorten(header.header)}"')
         hint = "headers such as spring.stiffness (kN/m)"
         if meant:
             hint = f"did you mean {', '.join(meant)}?"
         problem = "no column is a key of the study, so all rows would be the same suit"
-        self.faults.append(Fault(self.cells.header_place, problem, hint))
+        self.faults.append(Fault(self.header_place, problem, hint))
 
     # --- Columns ---------------------------------------------------------------------------------
 
@@ -308,22 +336,25 @@ class RowReader:
             problem = ""
             hint: str | None = None
             if not name:
-                problem = "an empty name, expected one for each row"
+                problem = "is missing or empty, expected a name for each row"
+            elif isinstance(cell, bool) or not isinstance(cell, str | int | float):
+                problem = f"{described(cell)} is not a name, expected text in quotes"
             elif len(name) > _LONGEST_NAME or not name.isprintable():
                 problem = f"{described(name)} is not a name, expected {_LONGEST_NAME} characters"
                 problem += " at most that can be printed"
             elif name in rows:
                 problem = f'"{shorten(name)}" is the name of two rows'
-                hint = f"the other is {self.cells.place(rows[name])}"
+                hint = f"the other is {self.place(rows[name])}"
             if problem:
-                wrong.append(Fault(f"{self.cells.place(row)}, {NAME}", problem, hint))
+                place = self._cell_place(row, Heading.of(0, NAME))
+                wrong.append(Fault(place, problem, hint))
                 name = f"row {row + 1}"
             rows.setdefault(name, row)
             names.append(name)
         self._list(wrong, NAME)
         return tuple(names)
 
-    def _words(self, header: RowHeader, column: Sequence[Any]) -> Array:
+    def _words(self, header: Heading, column: Sequence[Any]) -> Array:
         """Return a column of words of the model as the numbers that they are to it."""
         words = WORDS_OF[split_side(header.name)[0]]
         values = np.full(len(column), np.nan)
@@ -338,10 +369,10 @@ class RowReader:
             problem = f"{described(cell)} is not possible, expected {expected}"
             hint = hint_at_nearest(str(cell), words)
             wrong.append(Fault(self._cell_place(row, header), problem, hint))
-        self._list(wrong, header.text)
+        self._list(wrong, header.header)
         return values
 
-    def _numbers(self, header: RowHeader, column: Sequence[Any]) -> tuple[Array, str]:
+    def _numbers(self, header: Heading, column: Sequence[Any]) -> tuple[Array, str]:
         """Return a column of numbers in SI, and the dimension in which a reading is stated."""
         mark = keys()[header.name].number
         unit = None
@@ -351,19 +382,17 @@ class RowReader:
                 return np.full(len(column), np.nan), ""
         if header.name.startswith("limits."):
             column = ["" if str(cell).strip().lower() in _UNSTATED else cell for cell in column]
-        cells = _ColumnCells(mark, unit, are_texts=self.cells.are_texts)
-        if cells.are_si and set(map(type, column)) == {float} and not np.isinf(column).any():
-            values = np.array(column)  # as a record has them
-        else:
+        cells = _ColumnCells(mark, unit, are_texts=self.are_texts)
+        values = cells.of_record(column)
+        if values is None:
             values = self._values(header, column, cells)
-        self._refuse_out_of_bounds(header, column, values, cells)
         self._note_slips(header, column, values, cells)
         dimensions = cells.readings
         if len(dimensions) > 1:
             self._refuse_header(header, "mixes tensions and torques, expected one of both", None)
         return values, next(iter(sorted(dimensions)), "")
 
-    def _values(self, header: RowHeader, column: Sequence[Any], cells: _ColumnCells) -> Array:
+    def _values(self, header: Heading, column: Sequence[Any], cells: _ColumnCells) -> Array:
         """Return the values of the cells of a column in SI; NaN for an empty or a faulty one."""
         values = np.full(len(column), np.nan)
         wrong = []
@@ -385,32 +414,11 @@ class RowReader:
             units = ", ".join(known_units(quantity.dimension))
             hint = f'write "{header.name} ({quantity.shown_in})"; units: {units}'
             self._refuse_header(header, problem, hint)
-        self._list(wrong, header.text)
+        self._list(wrong, header.header)
         return values
 
-    def _refuse_out_of_bounds(
-        self, header: RowHeader, column: Sequence[Any], values: Array, cells: _ColumnCells
-    ) -> None:
-        """Collect faults of values that are not possible, and make these NaN."""
-        mark = cells.mark
-        is_word = np.isinf(values)
-        for row in np.flatnonzero(is_word).tolist():
-            is_word[row] = column[row] == mark.word
-        is_possible = np.isfinite(values) & (mark.low <= values) & (values <= mark.high)
-        is_wrong = ~is_word & ~np.isnan(values) & ~is_possible
-        wrong = []
-        for row in np.flatnonzero(is_wrong).tolist():
-            try:
-                mark.bounded(cells.measure(column[row]))
-            except PydanticCustomError as error:
-                context = error.context or {}
-                place = self._cell_place(row, header)
-                wrong.append(Fault(place, context["problem"], context["hint"]))
-        values[is_wrong] = np.nan
-        self._list(wrong, header.text)
-
     def _note_slips(
-        self, header: RowHeader, column: Sequence[Any], values: Array, cells: _ColumnCells
+        self, header: Heading, column: Sequence[Any], values: Array, cells: _ColumnCells
     ) -> None:
         """Collect the values of a column that are far from any arm."""
         mark = cells.mark
@@ -418,13 +426,13 @@ class RowReader:
         is_far = np.isfinite(values) & (values != 0.0) & ~((low <= values) & (values <= high))
         for row in np.flatnonzero(is_far).tolist():
             measure = cells.measure(column[row])
-            written = measure.quoted.strip('"')
+            written = column[row] if cells.unit is None else measure.quoted.strip('"')
             place = self._cell_place(row, header)
-            where = self.cells.where
-            place = place.removeprefix(f"{where}, ").removeprefix(f"{where}.")
-            self.slips += mark.slips((place, written, measure))
+            where = place if self._is_of_cases else self.where
+            place = place.removeprefix(where).lstrip("., ")
+            self.slips[where] = self.slips.get(where, ()) + mark.slips((place, written, measure))
 
-    def _carried(self, header: RowHeader, column: Sequence[Any]) -> CarriedColumn:
+    def _carried(self, header: Heading, column: Sequence[Any]) -> CarriedColumn:
         """Return a column that sets nothing: of numbers if every cell is one, else of text."""
         digits = [_number_text(cell) for cell in column]
         numbers = np.full(len(column), np.nan)
@@ -442,7 +450,7 @@ class RowReader:
         known = numbers if has_numbers else None
         return CarriedColumn(header.column, header.unit, positions, words, known)
 
-    def _finite(self, text: str, row: int, header: RowHeader) -> float:
+    def _finite(self, text: str, row: int, header: Heading) -> float:
         """Return the number of a text; collect a fault for one that is out of range."""
         value = float(text)
         if math.isinf(value):
@@ -450,7 +458,7 @@ class RowReader:
             self.faults.append(Fault(self._cell_place(row, header), problem))
         return value
 
-    def _unit(self, header: RowHeader, mark: SingleField) -> Unit | None:
+    def _unit(self, header: Heading, mark: SingleField) -> Unit | None:
         """Return the unit of a header; None if it is none of the number's, which is a fault."""
         for dimension in mark.dimensions:
             unit = written_unit(header.unit, dimension)
@@ -462,8 +470,11 @@ class RowReader:
             self._refuse_header(header, error.problem, error.hint)
         return None
 
-    def _cell_place(self, row: int, header: RowHeader) -> str:
-        return f"{self.cells.place(row)}, {shorten(header.text)}"
+    def _cell_place(self, row: int, header: Heading) -> str:
+        """Return the place of a cell, for errors; that of a case is the key in the study."""
+        if self._is_of_cases:
+            return f"{self.place(row)}.{header.header}"
+        return f"{self.place(row)}, {shorten(header.header)}"
 
     def _list(self, wrong: list[Fault], column: str) -> None:
         """Add the faults of a column, of many only the first and their number."""
@@ -471,7 +482,7 @@ class RowReader:
         if len(wrong) > _MOST_OF_COLUMN:
             more = len(wrong) - _MOST_OF_COLUMN
             cells = "1 more cell" if more == 1 else f"{more:,} more cells"
-            self.faults.append(Fault(f"{self.cells.where}, {column}", f"and {cells} at fault"))
+            self.faults.append(Fault(f"{self.where}, {column}", f"and {cells} at fault"))
 
 
 class _NoUnitError(Exception):
@@ -498,11 +509,14 @@ class _ColumnCells:
         if self.unit is not None:
             self._note_reading(self.unit.dimension)
 
-    @property
-    def are_si(self) -> bool:
-        """True if a cell that is a number without a unit is in SI."""
+    def of_record(self, column: Sequence[Any]) -> Array | None:
+        """Return numbers in SI as a record has them; None for any other column."""
         is_angle = self.mark.quantity.dimension == "angle"
-        return self.unit is None and not self.are_texts and not is_angle
+        if self.unit is not None or self.are_texts or is_angle or {*map(type, column)} != {float}:
+            return None
+        values = np.array(column)
+        is_possible = (self.mark.low <= values) & (values <= self.mark.high)
+        return values if is_possible.all() else None
 
     def value(self, cell: Any) -> float:
         """Return the value of a cell in SI.
@@ -512,7 +526,8 @@ class _ColumnCells:
             _NoUnitError: Nothing says its unit.
         """
         if isinstance(cell, bool) or not isinstance(cell, str | int | float):
-            return self.mark.measure(cell).si  # a fault, and nothing that can be looked up
+            number = SingleField.read(self.mark, cell)  # a fault, and nothing to look up
+            return math.nan if number is None else number.single
         known = self._known.get(cell)
         if known is None:
             known = self._read(cell)
@@ -520,13 +535,13 @@ class _ColumnCells:
         return known
 
     def _read(self, cell: Any) -> float:
-        if cell == self.mark.word and cell is not None:
+        if cell == self.mark.word:
             return math.inf
-        if self.unit is not None and self._shift is not None:
-            text = _number_text(cell)
-            if text is not None:
-                return _shifted(text, self._shift)
-        return self.measure(cell).si
+        text = _number_text(cell) if self._shift is not None else None
+        value = self.measure(cell).si if text is None else _shifted(text, self._shift or 0)
+        if not self.mark.low <= value <= self.mark.high:
+            self.mark.bounded(self.measure(cell))
+        return value
 
     def measure(self, cell: Any) -> Measure:
         """Return a cell as a number with its unit; raises as `value` does."""
@@ -577,19 +592,33 @@ def _number_text(cell: Any) -> str | None:
     if isinstance(cell, float):
         cell = float(cell)  # NumPy's has a text of its own
     if isinstance(cell, (int, float)):
-        return repr(cell) if math.isfinite(cell) else None
+        return repr(cell) if abs(cell) < _LARGEST else None
     text = str(cell).strip()
     return text if _NUMBER.fullmatch(text) else None
 
 
 def _is_empty(cell: Any) -> bool:
     """Return True for a cell that holds nothing, as a spreadsheet or a DataFrame has it."""
-    if isinstance(cell, str):
-        return not cell.strip()
-    return cell is None or (isinstance(cell, float) and math.isnan(cell))
+    return cell is None or (isinstance(cell, str) and not cell.strip())
 
 
-def _key_like(header: RowHeader) -> str | None:
+def _with_unit(hint: str, header: Heading) -> str:
+    """Return a hint at keys with the unit of a header behind each that can have it."""
+    unit = UNITS.get(header.unit)
+
+    def written(quoted: re.Match[str]) -> str:
+        key = keys().get(quoted[1])
+        fits = unit is not None and key is not None and unit.dimension in key.number.dimensions
+        return f'"{quoted[1]} ({header.unit})"' if fits else quoted[0]
+
+    return re.sub(r'"([^"]+)"', written, hint)
+
+
+def _is_nan(cell: Any) -> bool:
+    return isinstance(cell, float) and math.isnan(cell)
+
+
+def _key_like(header: Heading) -> str | None:
     """Return the key of a study that a header may mean; None if none is like it.
 
     It ends in the header, such as "stiffness", or has it as its symbol, such as "mu", or is nearest

@@ -11,12 +11,11 @@ from typing import Any, Literal
 import numpy as np
 
 from tendon_cli.model.kinematics import Array
-from tendon_cli.space.axis import CASE_AXIS, CarriedColumn
-from tendon_cli.studies.contents import case_numbers, keys
+from tendon_cli.space.axis import CASE_AXIS, CarriedColumn, NamedAxis, split_side
+from tendon_cli.studies.contents import keys
 from tendon_cli.studies.magnitude import Slip
-from tendon_cli.studies.model_words import WORDS_OF, numbers_of_words
-from tendon_cli.studies.parts import Part
-from tendon_cli.studies.values import RIGID
+from tendon_cli.studies.model_words import WORDS_OF
+from tendon_cli.studies.values import RIGID, si_document
 from tendon_cli.units import shorten
 
 StatedRole = Literal["choice", "condition", "draw"]
@@ -28,42 +27,17 @@ NAME = "name"
 
 
 @dataclass(frozen=True, eq=False)
-class RowTable:
-    """Rows with names, each of which sets several numbers of a study together."""
+class RowTable(NamedAxis):
+    """Axis of the rows that a study states, in a file or as a sample; its role may be left open."""
 
-    key: str
-    """Name of the table, of its axis and of the column that says which row."""
-    names: tuple[str, ...]
-    """Names of the rows, all different."""
-    numbers: Mapping[str, Array]
-    """Numbers that the rows set, (rows,) each, by dotted key, SI; NaN in a row without one."""
-    role: StatedRole | None = None
+    stated_role: StatedRole | None = None
     """Role as the study states it; None if it leaves it open."""
-    carried: tuple[CarriedColumn, ...] = ()
-    """Columns that set no number of the study."""
     readings: Mapping[str, str] = field(default_factory=dict)
     """Dimension in which the pretensions of the table are stated, by dotted key."""
-    slips: tuple[Slip, ...] = ()
-    """Values that are far from any arm."""
+    slips: Mapping[str, tuple[Slip, ...]] = field(default_factory=dict)
+    """Values that are far from any arm, by the place of the table, or of a case's key."""
     where: str = ""
     """Place of the table, for errors: "springs.csv", "table.0"."""
-
-    def __len__(self) -> int:
-        return len(self.names)
-
-    @classmethod
-    def of_cases(cls, cases: tuple[Part, ...]) -> RowTable:
-        """Return the table of a study's `[[cases]]`, which may set words of the model, too."""
-        rows = [case_numbers(case) | numbers_of_words(case) for case in cases]
-        keys_set = dict.fromkeys(key for row in rows for key in row)
-        numbers = {key: np.array([row.get(key, np.nan) for row in rows]) for key in keys_set}
-        names = tuple(str(getattr(case, NAME, "")) for case in cases)
-        return cls(CASE_AXIS, names, numbers, "condition", where="cases")
-
-    @property
-    def keys(self) -> tuple[str, ...]:
-        """Dotted keys of the numbers that its rows set."""
-        return tuple(self.numbers)
 
     @property
     def is_of_cases(self) -> bool:
@@ -71,14 +45,12 @@ class RowTable:
         return self.key == CASE_AXIS
 
     @property
-    def places(self) -> Iterator[tuple[str, str]]:
-        """Places of its numbers for errors, with their keys: those of cases one by one."""
-        for key, values in self.numbers.items():
-            if self.is_of_cases:
-                for row in np.flatnonzero(~np.isnan(values)).tolist():
-                    yield f"cases.{row}.{key}", key
-            else:
-                yield f"{self.where}: {key}", key
+    def places(self) -> dict[str, str]:
+        """Place of each number that its rows set, by key, for errors; of cases the first."""
+        if not self.is_of_cases:
+            return {key: f"{self.where}: {key}" for key in self.numbers}
+        rows = {key: int(np.argmin(np.isnan(values))) for key, values in self.numbers.items()}
+        return {key: f"{self.where}.{row}.{key}" for key, row in rows.items()}
 
     @property
     def warnings(self) -> Iterator[str]:
@@ -97,9 +69,27 @@ class RowTable:
                 f" rows, where sums of it are null: {shorten(', '.join(unknown), _LONGEST_LIST)}"
             )
 
-    def document(self) -> dict[str, Any]:
-        """Return the table as a record has it: its columns, each behind its header, in SI."""
-        return self._document
+    def document(self) -> Any:
+        """Return the table as a record has it, in SI.
+
+        It has columns, each behind its header; cases are rows, whose keys are nested.
+        """
+        return self._cases_document() if self.is_of_cases else self._document
+
+    def _cases_document(self) -> list[dict[str, Any]]:
+        rows: list[dict[str, Any]] = [{NAME: name} for name in self.names]
+        for key, values in self.numbers.items():
+            *tables, name = key.split(".")
+            for row, value in zip(rows, values.tolist(), strict=True):
+                if math.isnan(value):
+                    continue
+                inner = row
+                for table in tables:
+                    inner = inner.setdefault(table, {})
+                words = WORDS_OF.get(split_side(key)[0])
+                dimension = "" if words else keys()[key].number.quantity.dimension
+                inner[name] = words[int(value)] if words else si_document(value, dimension)
+        return rows
 
     @cached_property
     def _document(self) -> dict[str, Any]:
@@ -109,7 +99,7 @@ class RowTable:
             columns[header] = cells
         for column in self.carried:
             columns[carried_header(column)] = carried_cells(column)
-        role = {} if self.role is None else {"role": self.role}
+        role = {} if self.stated_role is None else {"role": self.stated_role}
         # A record sorts keys, which would lose the order of the columns.
         lists = [[header, *cells] for header, cells in columns.items()]
         return {"name": self.key, **role, "rows": lists}
@@ -123,7 +113,7 @@ def _cells_of(key: str, values: Array, reading: str | None) -> tuple[str, list[A
         values: Its values.
         reading: Dimension in which a pretension is stated; None for any other number.
     """
-    words = next((of_key for common, of_key in WORDS_OF.items() if is_of_key(key, common)), None)
+    words = WORDS_OF.get(split_side(key)[0])
     if words is not None:
         return key, [None if np.isnan(value) else words[int(value)] for value in values]
     cells: list[Any] = values.tolist()
@@ -133,12 +123,6 @@ def _cells_of(key: str, values: Array, reading: str | None) -> tuple[str, list[A
     if key in keys() and keys()[key].number.quantity.dimension == "angle":
         unit = "rad"
     return (key if unit is None else f"{key} ({unit})"), cells
-
-
-def is_of_key(key: str, common: str) -> bool:
-    """Return True if a key is a common one, or that of one of its sides."""
-    table, _, name = common.rpartition(".")
-    return key.startswith(f"{table}.") and key.endswith(f".{name}")
 
 
 def carried_header(column: CarriedColumn) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,9 +34,8 @@ from tendon_cli.studies.checks import WHOSE_ANCHORS, nothing_measured
 from tendon_cli.studies.contents import column_of
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.model_words import number_of_word, numbers_of_words
-from tendon_cli.studies.row_table import RowTable
 from tendon_cli.studies.study import Study
-from tendon_cli.studies.values import Grid, StudyNumber, draw_evenly, draw_numbers
+from tendon_cli.studies.values import Grid, Sampler, StudyNumber, draw_numbers
 from tendon_cli.units import shorten
 
 if TYPE_CHECKING:
@@ -113,19 +113,17 @@ def named_axes(study: Study) -> tuple[NamedAxis, ...]:
 
 def _drawn(study: Study, count: int, seed: int) -> dict[str, Array]:
     """Return the study's own draws, (count,) each."""
-    draw = draw_evenly if study.usual else draw_numbers
-    return drawn_numbers(study, draw(study.to_draw, count, seed, study.correlation))
-
-
-def row_axis(study: Study, table: RowTable) -> NamedAxis:
-    """Return the axis of the rows of a table; the rows of a sample all count the same."""
-    role = _role(study, table.key)
-    return NamedAxis.of(table.key, table.names, table.numbers, role, carried=table.carried)
+    sampler: Sampler = "even" if study.usual else "sobol"
+    draws = draw_numbers(study.to_draw, count, seed, study.correlation, sampler=sampler)
+    return drawn_numbers(study, draws)
 
 
 def row_axes(study: Study) -> tuple[NamedAxis, ...]:
-    """Return the axes of a study's cases and tables, slowest first."""
-    return tuple(row_axis(study, table) for table in study.row_tables)
+    """Return the axes of a study's cases and tables, slowest first.
+
+    The rows of a sample all count the same.
+    """
+    return tuple(replace(table, role=_role(study, table.key)) for table in study.row_tables)
 
 
 def row_place(study: Study, table: str, name: str, option: str = "--row") -> int:

@@ -32,7 +32,6 @@ from tendon_cli.studies.contents import (
     DESIGN_PARTS,
     Key,
     Title,
-    case_tables,
     keys,
     marked_numbers,
     marked_slips,
@@ -41,14 +40,13 @@ from tendon_cli.studies.contents import (
 )
 from tendon_cli.studies.correlation import Correlation
 from tendon_cli.studies.design_section import Goals, Limits, TruthValue, Uncertainty
-from tendon_cli.studies.fields import DeferredTables
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.fit_section import Fitting
 from tendon_cli.studies.magnitude import Slip, slip_notes
 from tendon_cli.studies.parts import Part, field_default
 from tendon_cli.studies.people.people_section import People
 from tendon_cli.studies.row_table import RowTable
-from tendon_cli.studies.table_section import TableSection
+from tendon_cli.studies.table_section import CasesField, TableSection
 from tendon_cli.studies.usual import UsualDeviation
 from tendon_cli.studies.values import StudyNumber, Uncertain
 
@@ -108,8 +106,8 @@ class StudyTables(Part):
     motion: parts.Motion = parts.Motion()
     model: parts.Model = parts.Model()
     output: parts.Output = parts.Output()
-    cases: Annotated[tuple[Part, ...], DeferredTables(case_tables)] = field_default(
-        (), description="one axis of linked values, such as persons"
+    cases: Annotated[Any, CasesField()] = field_default(
+        None, description="one axis of linked values, such as persons: rows of the table `case`"
     )
     table: tuple[TableSection, ...] = field_default(
         (), description="axes of rows that each set several numbers: catalogues, samples"
@@ -153,6 +151,9 @@ class Study(Displayed, StudyTables):
     """Usual deviations that are drawn, as an answer does, by dotted key."""
 
     drawn_by: ClassVar[str] = "tendon_cli.face.page_of_study"
+
+    def __dir__(self) -> list[str]:
+        return sorted([*super().__dir__(), "vary", *type(self).model_fields])
 
     @property
     def text(self) -> str:
@@ -231,11 +232,8 @@ class Study(Displayed, StudyTables):
     def slips(self) -> dict[str, tuple[Slip, ...]]:
         """Values far from any arm, by dotted key: those of numbers and of curves."""
         found = dict(marked_slips(self, ""))
-        for at, case in enumerate(self.cases):
-            found |= dict(marked_slips(case, f"cases.{at}"))
         for table in self.row_tables:
-            if table.slips:
-                found[table.where] = table.slips
+            found |= table.slips
         return found
 
     @property
@@ -351,8 +349,7 @@ class Study(Displayed, StudyTables):
 
         A table is among them once its rows are read.
         """
-        cases = (RowTable.of_cases(self.cases),) if self.cases else ()
-        return (*cases, *(table for table in self.table if isinstance(table, RowTable)))
+        return tuple(table for table in (self.cases, *self.table) if isinstance(table, RowTable))
 
     @property
     def drawn_tables(self) -> tuple[str, ...]:
@@ -361,7 +358,7 @@ class Study(Displayed, StudyTables):
         return tuple(
             table.key
             for table in self.row_tables
-            if table.role == "draw" and table.key not in stated
+            if table.stated_role == "draw" and table.key not in stated
         )
 
     @property
@@ -548,8 +545,8 @@ def _is_given(key: str) -> bool:
 
 def _is_condition(table: RowTable) -> bool:
     """Return True for a table whose rows are conditions unless the study names its conditions."""
-    if table.role is not None:
-        return table.role == "condition"
+    if table.stated_role is not None:
+        return table.stated_role == "condition"
     return bool(table.keys) and all(map(_is_given, table.keys))
 
 

@@ -11,6 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from tendon_cli.quantities import Quantity
 from tendon_cli.studies.contents import keys
+from tendon_cli.studies.row_reading import flat_keys
 from tendon_cli.studies.value_words import number_words, other_words, quantity_of, si_value
 from tendon_cli.units import shorten
 
@@ -86,21 +87,11 @@ def _with_columns(document: Mapping[str, Any]) -> dict[str, Any]:
     for table in document.get("table", ()):
         columns = {header: cells for header, *cells in table["rows"]}
         tables[table["name"]] = {"role": table.get("role"), **columns}
-    cases = [dict(_flat(case)) for case in document.get("cases", ())]
+    cases = [dict(flat_keys(case)) for case in document.get("cases", ())]
     set_by_cases = dict.fromkeys(key for case in cases for key in case)
     changed["table"] = tables
     changed["cases"] = {key: [case.get(key) for case in cases] for key in set_by_cases}
     return changed
-
-
-def _flat(content: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the values of a case with their dotted keys."""
-    for name, value in content.items():
-        key = f"{prefix}{name}"
-        if isinstance(value, Mapping) and key not in keys():
-            yield from _flat(value, f"{key}.")
-        else:
-            yield key, value
 
 
 def _differing_keys(first: Any, second: Any, key: str = "") -> Iterator[str]:

@@ -94,7 +94,7 @@ def _bytes(path: Path) -> bytes:
             return read_input(path, MAX_BYTES)
         content = sys.stdin.buffer.read(MAX_BYTES + 1) if sys.stdin is not None else b""
     except FileNotFoundError:
-        raise refused("no such file", _hint_at_files(path.parent)) from None
+        raise refused("no such file", _hint_at_files(path)) from None
     except IsADirectoryError:
         raise refused("this is a folder, expected a study file") from None
     except (OSError, ValueError) as error:
@@ -107,12 +107,23 @@ def _bytes(path: Path) -> bytes:
     return content
 
 
-def _hint_at_files(folder: Path) -> str:
-    """Return a hint that names studies of a folder, or a way to a first one."""
-    names = sorted(file.name for file in folder.glob("*.toml")) if folder.is_dir() else []
-    if names:
-        return f"files there: {', '.join(map(shorten, names[:3]))}"
+def _hint_at_files(path: Path) -> str:
+    """Return a hint at the file that a path may mean, at those beside it, or at a first one."""
+    files = study_files(path.parent)
+    meant = [file.name for file in files if file.stem == path.stem]
+    if meant:
+        return f"did you mean {' or '.join(map(shorten, meant))}?"
+    if files:
+        return f"files there: {', '.join(shorten(file.name) for file in files[:3])}"
     return "`tendon init` writes a study to start from"
+
+
+def study_files(folder: Path) -> list[Path]:
+    """Return the files of a folder that may be studies by their endings."""
+    endings = (".toml", *YAML_SUFFIXES)
+    if not folder.is_dir():
+        return []
+    return sorted(file for file in folder.iterdir() if file.suffix.lower() in endings)
 
 
 # --- YAML ----------------------------------------------------------------------------------------

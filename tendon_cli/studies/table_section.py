@@ -8,16 +8,23 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, GetJsonSchemaHandler, WithJsonSchema, model_validator
+from pydantic import (
+    BeforeValidator,
+    GetJsonSchemaHandler,
+    TypeAdapter,
+    WithJsonSchema,
+    create_model,
+    model_validator,
+)
 from pydantic_core import CoreSchema, PydanticCustomError
 
 from tendon_cli.errors import Fault
-from tendon_cli.studies.contents import keys
+from tendon_cli.studies.contents import DESIGN_PARTS, keys
 from tendon_cli.studies.design_section import Seed
 from tendon_cli.studies.fields import FieldMark, fault, fault_inside, hint_at_nearest, whole_number
 from tendon_cli.studies.gone import IS_GONE, instead_of
 from tendon_cli.studies.parts import FileName, Part, field_default
-from tendon_cli.studies.row_reading import RowCells, RowHeader, RowReader, known_columns, row_keys
+from tendon_cli.studies.row_reading import flat_keys, known_columns, row_keys
 from tendon_cli.studies.row_table import NAME, RowTable, StatedRole
 from tendon_cli.studies.values import StudyNumber, Uncertain, sample_numbers
 from tendon_cli.units import described, shorten
@@ -54,7 +61,7 @@ TableName = Annotated[
 
 
 @dataclass(frozen=True)
-class _RowsField(FieldMark):
+class RowsField(FieldMark):
     """Mark of a field that holds rows: a list of tables, or a table of columns."""
 
     def read(self, value: object) -> Any:
@@ -75,10 +82,10 @@ class _RowsField(FieldMark):
             raise fault("an empty list, expected at least one row")
         if all(isinstance(column, list) and column for column in value):
             return _checked_columns({column[0]: column[1:] for column in value})
-        for row in value:
+        for at, row in enumerate(value):
             if not isinstance(row, dict):
                 hint = 'such as { name = "P1", "spring.stiffness" = "1.5 kN/m" }'
-                raise fault(f"{described(row)} is not a row, expected keys in braces", hint)
+                raise fault(f"row {at + 1}: {described(row)}, expected keys in braces", hint)
         return tuple(value)
 
     def __get_pydantic_json_schema__(
@@ -107,7 +114,8 @@ def _checked_columns(columns: dict[Any, Any]) -> dict[Any, Any]:
     for header, cells in columns.items():
         if not isinstance(cells, (list, tuple)):
             problem = f"{described(cells)} is not a column, expected a list of cells"
-            raise fault_inside(shorten(str(header)), fault(problem))
+            hint = "in TOML, each row of cases starts with [[cases]]"
+            raise fault_inside(shorten(str(header)), fault(problem, hint))
         lengths.add(len(cells))
     if len(lengths) > 1:
         listed = " and ".join(f"{length:,}" for length in sorted(lengths))
@@ -115,6 +123,22 @@ def _checked_columns(columns: dict[Any, Any]) -> dict[Any, Any]:
     if not lengths or not max(lengths):
         raise fault("holds no rows, expected at least one")
     return columns
+
+
+class CasesField(RowsField):
+    """Mark of `[[cases]]`: the rows of the table `case`, which may be none."""
+
+    def read(self, value: object) -> Any:
+        """Return rows as `RowsField` does; None for an empty list."""
+        return None if value == [] else super().read(value)
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        parts: dict[str, Any] = {key: (part | None, None) for key, part in DESIGN_PARTS.items()}
+        parts["name"] = (str, field_default(description="name of the case, different for each"))
+        case = create_model("Case", __base__=Part, **parts)
+        return handler(TypeAdapter(list[case]).core_schema)  # type: ignore[valid-type]
 
 
 @dataclass(frozen=True)
@@ -133,7 +157,7 @@ class _BetweenField(FieldMark):
             hint = 'such as { "spring.stiffness" = "1 kN/m to 8 kN/m" }'
             raise fault(f"{described(value)} is not a table, expected a range for each key", hint)
         numbers: dict[str, StudyNumber] = {}
-        for key, stated in _flat(value):
+        for key, stated in flat_keys(value):
             instead = instead_of(key.split("."))
             if instead is not None:
                 raise fault_inside(key, fault(IS_GONE, instead))
@@ -168,17 +192,6 @@ class _BetweenField(FieldMark):
         }
 
 
-def _flat(table: dict[Any, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the values of a table by dotted keys, whether these are quoted or nested."""
-    parts = {known[: known.rfind(".")] for known in row_keys()}
-    for name, value in table.items():
-        key = f"{prefix}{name}"
-        if isinstance(value, dict) and any(f"{part}.".startswith(f"{key}.") for part in parts):
-            yield from _flat(value, f"{key}.")
-        else:
-            yield key, value
-
-
 class TableSection(Part):
     """Table of rows, each of which sets several numbers of the study together."""
 
@@ -193,7 +206,7 @@ class TableSection(Part):
     file: FileName | None = field_default(
         None, description="a CSV with a column name, and keys of the study with units as headers"
     )
-    rows: Annotated[Any, _RowsField()] = None
+    rows: Annotated[Any, RowsField()] = None
     sample: Literal["sobol", "latin-hypercube", "random"] | None = field_default(
         None, description="rows that are drawn between bounds, the same on every machine"
     )
@@ -247,24 +260,6 @@ class TableSection(Part):
 
     # --- Rows ------------------------------------------------------------------------------------
 
-    def cells_of_rows(self, at: int) -> RowCells:
-        """Return the cells of the rows that the study states.
-
-        Args:
-            at: Place of the table in the study, from 0.
-        """
-        where = f"table.{at}"
-        rows = f"{where}.rows"
-        if isinstance(self.rows, dict):
-            columns = [list(cells) for cells in self.rows.values()]
-            headers = [RowHeader.of(text) for text in self.rows]
-            return RowCells(where, headers, columns, lambda row: f"{rows}, row {row + 1}", rows)
-        flat = [dict(_flat(row)) for row in self.rows]
-        keys_given = list(dict.fromkeys(key for row in flat for key in row))
-        columns = [[row.get(key) for row in flat] for key in keys_given]
-        headers = [RowHeader.of(str(key)) for key in keys_given]
-        return RowCells(where, headers, columns, lambda row: f"{rows}.{row}", rows)
-
     def sampled(self, at: int) -> RowTable:
         """Return the table of a sample.
 
@@ -281,14 +276,18 @@ class TableSection(Part):
         readings = {
             key: number.dimension for key, number in self.between.items() if number.dimension
         }
+        where = f"table.{at}"
+        slips = tuple(slip for number in self.between.values() for slip in number.slips)
+        name = self.name or ""
         return RowTable(
-            key=self.name or "",
-            names=tuple(map(str, range(1, count + 1))),
-            numbers=numbers,
-            role=self.role,
+            name,
+            name,
+            numbers,
+            tuple(map(str, range(1, count + 1))),
+            stated_role=self.role,
             readings=readings,
-            slips=tuple(slip for number in self.between.values() for slip in number.slips),
-            where=f"table.{at}",
+            slips={where: slips} if slips else {},
+            where=where,
         )
 
     @property
@@ -316,7 +315,3 @@ class TableSection(Part):
             "between": between,
             "note": note,
         }
-
-    def reader(self, cells: RowCells) -> RowReader:
-        """Return the reader of the rows of this table."""
-        return RowReader(self.name or "", cells)

@@ -118,116 +118,51 @@ class Mixing(Protocol):
         """Return independent normal scores, (draws, numbers), as correlated ones."""
 
 
-def draw_numbers(
-    uncertain: Mapping[str, Uncertain], count: int, seed: int, correlation: Mixing | None = None
-) -> dict[str, Array]:
-    """Draw values of uncertain numbers by scrambled Sobol points.
-
-    Args:
-        uncertain: The distribution of each number, by its key.
-        count: Number of draws: the first of the next power of two of points.
-        seed: Seed of the scrambling; the same seed gives the same draws.
-        correlation: Correlation of the numbers; None if they are independent.
-
-    Returns:
-        The draws of each number, by its key, shape (count,), SI.
-    """
-    from scipy.stats import qmc
-
-    generator = random_numbers(seed, len(uncertain))
-    points = qmc.Sobol(len(uncertain), scramble=True, rng=generator)
-    power = max(0, count - 1).bit_length()
-    return _at_shares(uncertain, points.random_base2(power)[:count], correlation)
-
-
-def draw_fresh_numbers(
-    uncertain: Mapping[str, Uncertain],
-    count: int,
-    seed: int,
-    correlation: Mixing | None = None,
-    stream: Stream = OF_FRESH_DRAWS,
-) -> dict[str, Array]:
-    """Draw independent values of uncertain numbers from a stream that no study draws from.
-
-    Args:
-        uncertain: The distribution of each number, by its key.
-        count: Number of draws.
-        seed: Seed of the study's own draws.
-        correlation: Correlation of the numbers; None if they are independent.
-        stream: The stream.
-
-    Returns:
-        The draws of each number, by its key, shape (count,), SI.
-    """
-    random = random_numbers(seed, len(uncertain), stream)
-    return _at_shares(uncertain, random.random((count, len(uncertain))), correlation)
-
-
-def draw_evenly(
-    uncertain: Mapping[str, Uncertain], count: int, seed: int, correlation: Mixing | None = None
-) -> dict[str, Array]:
-    """Draw values of uncertain numbers by a Latin hypercube: each has a draw in every 1/count.
-
-    Answers draw by it: it takes no library that is slow to import, and any number of draws.
-
-    Args:
-        uncertain: The distribution of each number, by its key.
-        count: Number of draws.
-        seed: Seed of the draws.
-        correlation: Correlation of the numbers; None if they are independent.
-
-    Returns:
-        The draws of each number, by its key, shape (count,), SI.
-    """
-    random = random_numbers(seed, len(uncertain))
-    strata = random.permuted(np.tile(np.arange(count), (len(uncertain), 1)), axis=1).T
-    shares = (strata + random.random((count, len(uncertain)))) / count
-    return _at_shares(uncertain, shares, correlation)
-
-
-SAMPLERS = ("sobol", "latin-hypercube", "random")
-"""Ways to draw the rows of a sample."""
+Sampler = Literal["sobol", "latin-hypercube", "random", "even"]
+"""Way to draw points: scrambled Sobol points, the first of the next power of two of them; a Latin
+hypercube, with a point in every 1/count of each number; independent points. `even` is a Latin
+hypercube without SciPy, which is slow to import."""
 _SAMPLE_DIGITS = 12
 """Significant digits of the numbers of a sample: libraries of machines differ in the last ones."""
 
 
-def sample_numbers(
-    uncertain: Mapping[str, Uncertain], sampler: str, count: int, seed: int
+def draw_numbers(
+    uncertain: Mapping[str, Uncertain],
+    count: int,
+    seed: int,
+    correlation: Mixing | None = None,
+    *,
+    sampler: Sampler = "sobol",
+    stream: Stream = OF_THE_STUDY,
 ) -> dict[str, Array]:
-    """Draw the rows of a sample, which are the same on every machine.
+    """Draw values of uncertain numbers.
 
     Args:
         uncertain: The distribution of each number, by its key.
-        sampler: One of `SAMPLERS`.
-        count: Number of rows. Sobol points are the first of the next power of two.
-        seed: Seed; the same seed gives the same rows.
+        count: Number of draws.
+        seed: Seed; the same seed gives the same draws.
+        correlation: Correlation of the numbers; None if they are independent.
+        sampler: Way to draw points.
+        stream: Stream of the random numbers.
 
     Returns:
-        Values of each number, by its key, (count,), SI.
+        The draws of each number, by its key, shape (count,), SI.
     """
-    from scipy.stats import qmc
-
     numbers = len(uncertain)
-    random = random_numbers(seed, numbers, OF_TABLES)
-    if sampler == "sobol":
-        power = max(0, count - 1).bit_length()
-        points = qmc.Sobol(numbers, scramble=True, rng=random).random_base2(power)[:count]
-    elif sampler == "latin-hypercube":
-        points = qmc.LatinHypercube(numbers, rng=random).random(count)
+    random = random_numbers(seed, numbers, stream)
+    if sampler == "even":
+        strata = random.permuted(np.tile(np.arange(count), (numbers, 1)), axis=1).T
+        shares = (strata + random.random((count, numbers))) / count
+    elif sampler == "random":
+        shares = random.random((count, numbers))
     else:
-        points = random.random((count, numbers))
-    drawn = {}
-    for key, values in _at_shares(uncertain, points, None).items():
-        rounded = [float(f"{value:.{_SAMPLE_DIGITS}g}") for value in values.tolist()]
-        low, high = uncertain[key].reach
-        drawn[key] = np.clip(rounded, low, high)
-    return drawn
+        from scipy.stats import qmc
 
-
-def _at_shares(
-    uncertain: Mapping[str, Uncertain], shares: Array, correlation: Mixing | None
-) -> dict[str, Array]:
-    """Return the values of uncertain numbers, by key, at independent shares, (count, numbers)."""
+        if sampler == "sobol":
+            power = max(0, count - 1).bit_length()
+            shares = qmc.Sobol(numbers, scramble=True, rng=random).random_base2(power)[:count]
+        else:
+            shares = qmc.LatinHypercube(numbers, rng=random).random(count)
     if correlation is not None:
         from scipy.special import ndtr, ndtri
 
@@ -236,6 +171,18 @@ def _at_shares(
     return {
         key: quantile(known, shares[:, at]) for at, (key, known) in enumerate(uncertain.items())
     }
+
+
+def sample_numbers(
+    uncertain: Mapping[str, Uncertain], sampler: Sampler, count: int, seed: int
+) -> dict[str, Array]:
+    """Draw the rows of a sample as `draw_numbers` does, the same on every machine."""
+    drawn = draw_numbers(uncertain, count, seed, sampler=sampler, stream=OF_TABLES)
+    for key, values in drawn.items():
+        rounded = [float(f"{value:.{_SAMPLE_DIGITS}g}") for value in values.tolist()]
+        low, high = uncertain[key].reach
+        drawn[key] = np.clip(rounded, low, high)
+    return drawn
 
 
 @dataclass(frozen=True)

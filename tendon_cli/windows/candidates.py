@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from tendon_cli.engine.task import Note
 from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
 from tendon_cli.space.axis import limit_of
-from tendon_cli.windows.dependence import digests_of_windows
 from tendon_cli.windows.order import LEAST_TORQUE, Order, last_stage
-from tendon_cli.windows.question import Question
+from tendon_cli.windows.question import EQUAL, Question
 from tendon_cli.windows.solutions import Solutions
 
 MOST_LIMITS = 100
 """Most values of a limit for each of which an answer names the best choice."""
+_SMALLEST = 1e-6
+"""End of a window below which others are compared as if it were as large, N."""
 FINALISTS = 20
 """Number of choices that are solved again by the sample that sets them."""
 LimitPair = tuple[str, ...]
@@ -97,10 +97,9 @@ def named_first(question: Question, choices: Solutions) -> Solutions:
 def relevant(solutions: Solutions, question: Question) -> Rows:
     """Return the places of choices that an answer may name, ascending.
 
-    They are those that may be the best by each order, or tie with it; the front; the one that
-    serves most; for each conflict the one that is nearest to a window; and those that may be the
-    best with each value of a limit on which the choices differ, with several goals by the front of
-    the choices with that value.
+    They are the best by each order, and some that tie with it; the front; the one that serves most;
+    for each conflict the one that is nearest to a window; and the best with each value of a limit
+    on which the choices differ, with several goals by the front of the choices with that value.
     """
     places = [_places_of(solutions, nearest(question, solutions))]
     if question.sample.sets_by_sample:
@@ -108,14 +107,14 @@ def relevant(solutions: Solutions, question: Question) -> Rows:
     if solutions.feasible.any():
         feasible = np.flatnonzero(solutions.feasible)
         selected = solutions.select(feasible)
-        places += [feasible[order.may_be_first(selected)] for order in orders_of(question).values()]
+        places += [feasible[order.first_few(selected)] for order in orders_of(question).values()]
         if len(question.goals) > 1:
             places.append(_places_of(solutions, front_of(question, selected)))
         order = first_order(question)
         for of_values in by_limits(question, selected).values():
             for rows in filter(len, of_values):
                 with_value = selected.select(rows)
-                places.append(feasible[rows[order.may_be_first(with_value)]])
+                places.append(feasible[rows[order.first_few(with_value)]])
                 if len(question.goals) > 1:
                     places.append(_places_of(solutions, front_of(question, with_value)))
     for rows in conflicts_of(solutions).values():
@@ -142,32 +141,22 @@ def by_limits(question: Question, choices: Solutions) -> dict[str, list[Rows]]:
     }
 
 
+def without_effect(question: Question, solutions: Solutions) -> list[str]:
+    """Return the keys on which no window of all choices depends, sorted."""
+    ends = np.stack([solutions.pretension_from, solutions.pretension_to])
+    windows = ends.reshape(2, *question.choices.shape)
+    keys = []
+    for place, axis in enumerate(question.choices.axes, start=1):
+        first = windows.take([0], axis=place)
+        is_same = np.isclose(windows, first, rtol=EQUAL, atol=EQUAL * _SMALLEST, equal_nan=True)
+        if len(axis) > 1 and is_same.all():
+            keys.append(axis.key)
+    return sorted(keys)
+
+
 def _places_of(solutions: Solutions, selected: Solutions) -> Rows:
     """Return the places of selected choices of the grid, ascending."""
     return np.flatnonzero(np.isin(solutions.row, selected.row))
-
-
-def summarise(choices: Solutions, question: Question) -> Note:
-    """Return the note of a part for JSON: counts, conflicts, and the rows that may be named.
-
-    `left` has, for each rule of the order, the numbers of choices that it may leave, by their
-    scores as text; `windows` tells for each axis whether the windows depend on it.
-    """
-    conflicts = conflicts_of(choices)
-    left = []
-    if choices.feasible.any():
-        stages = Order.of(question).stages(choices.select(choices.feasible))
-        left = [
-            [[[*map(repr, scores)], count] for scores, count in counts.items()] for counts in stages
-        ]
-    return {
-        "choices": len(choices),
-        "feasible": int(choices.feasible.sum()),
-        "conflicts": [[list(pair), len(rows)] for pair, rows in conflicts.items()],
-        "rows": choices.row[relevant(choices, question)].tolist(),
-        "left": left,
-        "windows": digests_of_windows(question, choices),
-    }
 
 
 # --- Comparing ------------------------------------------------------------------------------------

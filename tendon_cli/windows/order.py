@@ -9,14 +9,13 @@ order of a list in a study nor the way in which work is cut decides anything.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.kinematics import Array, Flags, Rows
+from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.windows.advice import NO_ROOM
 from tendon_cli.windows.by_choice import Selection
 from tendon_cli.windows.points import Points
@@ -37,11 +36,6 @@ USUAL_ORDER = (SETTABLE, LEAST_TENSION)
 """Rules that stated goals replace."""
 MOST_TIED = 8
 """Most choices of a part that are kept because they tie."""
-
-
-Stages = list[dict[tuple[float, ...], int]]
-"""For each rule: numbers of choices that it may leave, by their scores by this rule and those
-before it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,62 +128,17 @@ class Order:
             ranks[np.lexsort(columns[::-1])] = np.arange(count)
         return ranks
 
-    def may_be_first(self, solutions: Solutions) -> Rows:
-        """Return the places of choices of a part that may come first of all, or tie with that one.
-
-        Others of the same part come before each choice that is left out, whatever other parts hold.
-        Of those that tie, the first few by their axes are kept.
-        """
-        scores = self.scores(solutions)
-        places, tie = _may_be_left(scores)[-1]
-        of_torque = _within_groups(tie, scores[places][:, -1])
-        rank = self.rank(solutions.points, places)
-        kept = []
-        for group in range(tie.max() + 1):
-            tied = np.flatnonzero(tie == group)
-            in_order = tied[np.argsort(rank[tied])]
-            first = in_order[of_torque[in_order]][:1]
-            kept.append(np.union1d(first, in_order[:MOST_TIED]))
-        return places[np.unique(np.concatenate(kept))]
+    def first_few(self, solutions: Solutions) -> Rows:
+        """Return the places of the choice that comes first and of some that tie with it."""
+        tied = self.left(solutions)[-1]
+        in_order = tied[np.argsort(self.rank(solutions.points, tied))]
+        return np.union1d(self.best(solutions), in_order[:MOST_TIED])
 
     def leading(self, solutions: Solutions, most: int) -> Rows:
         """Return the places of the first few choices, the first of them first."""
         scores = self.scores(solutions)
         rank = self.rank(solutions.points, slice(None))
         return np.lexsort((rank, *(-scores.T[::-1])))[:most]
-
-    # --- Counting ---------------------------------------------------------------------------------
-
-    def stages(self, solutions: Solutions) -> Stages:
-        """Return how many choices of a part each rule but the last may leave, by their scores."""
-        scores = self.scores(solutions)
-        counted = []
-        for place, (left, group) in enumerate(_may_be_left(scores)):
-            _, first, counts = np.unique(group, return_index=True, return_counts=True)
-            rows = map(tuple, scores[left[first], : place + 1].tolist())
-            counted.append(dict(zip(rows, counts.tolist(), strict=True)))
-        return counted
-
-    def count_left(self, stages: Iterable[Stages]) -> list[int]:
-        """Return how many of all choices each rule but the last leaves.
-
-        Args:
-            stages: The stages of every part that has a choice with a window.
-        """
-        merged: Stages = [{} for _ in self.rules[:-1]]
-        for of_part in stages:
-            for counts, more in zip(merged, of_part, strict=True):
-                for scores, count in more.items():
-                    counts[scores] = counts.get(scores, 0) + count
-        left: set[tuple[float, ...]] = {()}
-        numbers = []
-        for counts in merged:
-            tried = [scores for scores in counts if scores[:-1] in left]
-            top = max((scores[-1] for scores in tried), default=-np.inf)
-            least = _least_equal(top)
-            left = {scores for scores in tried if scores[-1] >= least}
-            numbers.append(sum(counts[scores] for scores in left))
-        return numbers
 
 
 def last_stage(scores: Array, tie: float = EQUAL) -> Rows:
@@ -198,26 +147,6 @@ def last_stage(scores: Array, tie: float = EQUAL) -> Rows:
     for of_rule in scores.T:
         rows = rows[of_rule[rows] >= _least_equal(of_rule[rows].max(), tie)]
     return rows
-
-
-def _may_be_left(scores: Array) -> list[tuple[Rows, Rows]]:
-    """Return the choices that each rule but the last may leave, and the groups of equal ones.
-
-    A choice is not left by a rule if another, equal by all rules before, is better by it.
-
-    Args:
-        scores: Scores of choices, (choices, rules).
-    """
-    left = np.arange(len(scores))
-    group = np.zeros(len(scores), dtype=np.int64)
-    stages = []
-    for of_rule in scores.T[:-1]:
-        values = of_rule[left]
-        is_left = _within_groups(group, values)
-        left = left[is_left]
-        group = _groups_of_equals(group[is_left], values[is_left])
-        stages.append((left, group))
-    return stages
 
 
 def _least_equal(top: npt.ArrayLike, tie: float = EQUAL) -> Array:
@@ -230,32 +159,3 @@ def _least_equal(top: npt.ArrayLike, tie: float = EQUAL) -> Array:
     largest = np.asarray(top, dtype=np.float64)
     with np.errstate(invalid="ignore"):
         return np.where(np.isfinite(largest), largest - tie * np.abs(largest), largest)
-
-
-def _groups_of_equals(group: Rows, values: Array) -> Rows:
-    """Divide groups into groups of equal values, and number them.
-
-    Args:
-        group: Number of the group of each value, (values,).
-        values: The values.
-    """
-    if (values == values[0]).all():
-        return group
-    order = np.lexsort((values, group))
-    in_order = np.column_stack([group, values])[order]
-    begins = (in_order[1:] != in_order[:-1]).any(axis=1)
-    numbers = np.zeros(len(values), dtype=np.int64)
-    numbers[order[1:]] = np.cumsum(begins)
-    return numbers
-
-
-def _within_groups(group: Rows, values: Array) -> Flags:
-    """Return True where a value ties with the largest of its group.
-
-    Args:
-        group: Number of the group of each value, (values,).
-        values: The values; minus infinity for those that are worst.
-    """
-    top = np.full(int(group.max(initial=-1)) + 1, -np.inf)
-    np.maximum.at(top, group, values)
-    return np.asarray(values >= _least_equal(top)[group])

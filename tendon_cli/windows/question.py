@@ -32,7 +32,7 @@ from tendon_cli.space.axis import (
 )
 from tendon_cli.space.space import Space
 from tendon_cli.studies.answer_draws import for_answer
-from tendon_cli.studies.checks import check_cases_are_exact, check_shares_are_counted
+from tendon_cli.studies.checks import check_set_once, check_shares_are_counted
 from tendon_cli.studies.spaces import check_reading, space_of, wearer_axis
 from tendon_cli.studies.study import Study, states_reading
 from tendon_cli.studies.values import StudyNumber
@@ -428,7 +428,7 @@ def question_of(study: Study) -> Question:
     stated = study
     study = for_answer(study)
     is_drawn = study is not stated
-    check_cases_are_exact(study)
+    check_set_once(study)
     check_reading(study)
     check_shares_are_counted(study)
     space = space_of(study).without_pretension()

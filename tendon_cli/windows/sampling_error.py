@@ -16,7 +16,7 @@ from tendon_cli.model.window import Ends, Window, as_read, with_binding_limits
 from tendon_cli.studies.measured_motion import at_times
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import Solutions
-from tendon_cli.windows.solver import Solver
+from tendon_cli.windows.solver import Folded, Solver
 
 _DENSER = 16
 """Factor by which samples are made denser to estimate the error of an end."""
@@ -44,7 +44,7 @@ _ROUNDING = 1e-6
 """Error that is added for rounding, N."""
 
 
-def estimate_error(solver: Solver, choice: Solutions, ends: Ends) -> float | None:
+def estimate_error(solver: Solver, choice: Solutions, folded: Folded) -> float | None:
     """Estimate the error of a window's ends that are only sampled, N, as they are read.
 
     Ends that power sets are sampled, and all ends along a trajectory. The estimate is the amount by
@@ -55,7 +55,7 @@ def estimate_error(solver: Solver, choice: Solutions, ends: Ends) -> float | Non
     Args:
         solver: Solver of the question.
         choice: The solved choice.
-        ends: Ends of its windows over all angles, (1, conditions), as F0.
+        folded: Ends of its windows over all angles, (1, conditions).
 
     Returns:
         The estimate; None if no end is sampled, if there is a single angle, or if it is
@@ -66,7 +66,7 @@ def estimate_error(solver: Solver, choice: Solutions, ends: Ends) -> float | Non
     is_still = trajectory is None and question.angles.size == 1
     if is_still or (not question.bounds.asks_power and trajectory is None):
         return None
-    within = solver.all_limits(ends, choice.points)
+    within = solver.read(folded, choice.points)
     most = _MOST_NEAR
     if trajectory is not None:
         most = max(1, min(_MOST_NEAR, _MOST_SAMPLES // len(trajectory.time)))
@@ -78,7 +78,7 @@ def estimate_error(solver: Solver, choice: Solutions, ends: Ends) -> float | Non
     )
     design = question.paired_designs(choice.points, np.zeros_like(rows), rows)
     if trajectory is None:
-        of_states = Ends(**{name: values[0, rows] for name, values in vars(ends).items()})
+        of_states = Ends(**{name: values[0, rows] for name, values in vars(folded.ends).items()})
         ends_over = _ends_over_angles(question, design, of_states)
         places = question.angles[0]
     else:

@@ -29,7 +29,7 @@ ENDS: tuple[End, ...] = ("from", "to")
 
 NEEDED = 3.0
 """Tolerance that is enough, as a multiple of the accuracy with which a suit can be set."""
-_WINDOWS_AT_ONCE = 2**19
+WINDOWS_AT_ONCE = 2**19
 """Windows, choices times conditions, that are solved together."""
 
 
@@ -166,7 +166,7 @@ def solve(
     """
     parts = []
     question = solver.question
-    at_once = max(1, _WINDOWS_AT_ONCE // len(question.conditions))
+    at_once = max(1, WINDOWS_AT_ONCE // len(question.conditions))
     for rows in solver.cut(len(points), at_once):
         selected = points.select(rows)
         solved, served = solve_windows(solver, selected)
@@ -198,8 +198,10 @@ def solve_windows(
     """
     question = solver.question
     count = len(points)
+    placement = question.placement
+    given = given_pretensions(question, points)
     if ends is None:
-        ends = solver.ends(points)
+        ends = solver.ends(points, given)
     groups = question.groups
     group_low, group_high = groups.windows(ends.low, ends.high)
     common = _common_windows(question, ends, group_low, group_high)
@@ -207,12 +209,11 @@ def solve_windows(
     high = common.high
     per_length = tension_per_length(question, points)
     reserve = _reserve(question.study.setting.accuracy, per_length)
-    placement = question.placement
     if placement.given is None:
         at_best = placement.within(common.best_low, common.best_high, reserve)
         pretension = np.where(low <= high, placement.within(low, high, reserve), at_best)
     else:
-        pretension = given_pretensions(question, points)
+        pretension = given
     is_served = serves(group_low, group_high, pretension[:, np.newaxis])  # (choices, groups)
     served_at = groups.share(is_served)
     feasible = low <= high

@@ -4,31 +4,28 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, Self, cast
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Self, TypeAlias, cast
 
 import numpy as np
 
 from tendon_cli import kernel
 from tendon_cli.engine.plan import columns_of_motion
+from tendon_cli.engine.window_fold import fold_ends, named_ends
 from tendon_cli.errors import Stopped
 from tendon_cli.model import extremes, whole_motion, window
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import MOTOR_TORQUE, Design
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import CONTACT_PRESSURE, contact_pressure
-from tendon_cli.model.motion_window import window_along
 from tendon_cli.model.motor import cycle_columns
 from tendon_cli.model.moving import Moving, motion_columns
-from tendon_cli.model.power_window import within_power
 from tendon_cli.model.setting import Reading
-from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.model.window import Ends, Window
 from tendon_cli.windows.coverage import upper_quantile
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question, select_numbers
-from tendon_cli.windows.study_arm import given_pretensions
 from tendon_cli.windows.worst import QUANTITIES, Worst
 
 _STATES_AT_ONCE = 2**21
@@ -45,6 +42,26 @@ _REFINED_AT_ONCE = 2**12
 NEAR = 0.01
 """Relative distance from the end of a choice's window within which an end under one condition may
 set the end of the choice: an end over the grid of angles is off by a thousandth."""
+Portion: TypeAlias = tuple[slice, slice]
+"""Choices and conditions that are worked out together."""
+
+
+@dataclass(frozen=True, eq=False)
+class Folded:
+    """Ends of windows from states, (choices, conditions) each: as F0, and how these are read."""
+
+    ends: Ends
+    """Ends that limits on forms set, as F0; along a trajectory a `Window` of all limits."""
+    low_between: Flags
+    """True for lower ends that may lie between the samples, and are not sought there yet."""
+    high_between: Flags
+    """The same for upper ends."""
+    reading: Reading | None
+    """What the gauge shows; None if pretensions are F0."""
+
+    def as_read(self) -> Ends:
+        """Return the ends as the gauge shows them."""
+        return self.ends if self.reading is None else window.read_by(self.ends, self.reading)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +78,8 @@ class Solver:
     """Event that cancels the run."""
     with_motion: bool = False
     """True to work out the columns of motion with the worst values; else only those of goals."""
+    seeks: bool = True
+    """False to leave ends as they are at the elbow angles of the question, as a sweep has them."""
 
     @property
     def columns_of_motion(self) -> tuple[str, ...]:
@@ -77,233 +96,192 @@ class Solver:
 
     # --- Ends and windows -------------------------------------------------------------------------
 
+    def ends(self, points: Points, at: Array | None = None) -> Ends:
+        """Return the ends of windows, (choices, conditions), as they are read.
+
+        Those that may set the window of their choice hold over all angles, others at samples alone.
+
+        Args:
+            points: The choices.
+            at: Pretensions, (choices,), near which all ends hold over all angles, too.
+        """
+        folded = self.fold(points)
+        self.seek(folded, points, at)
+        return self.read(folded, points)
+
     def windows(self, points: Points) -> Window:
         """Return windows with the limits that bind, (choices, conditions).
 
         As they are read, they hold over all angles under each condition.
         """
-        is_f0 = self.question.is_f0
-        ends = self.ends_that_may_bind(points) if is_f0 else self.ends_over_all_angles(points)
-        return cast("Window", self._all_limits(ends, points, named=True))
+        folded = self.fold(points)
+        if self.question.is_f0:
+            self.seek(folded, points)
+        else:
+            self.seek_everywhere(folded, points)
+        return cast("Window", self.read(folded, points, named=True))
 
-    def ends(self, points: Points) -> Ends:
-        """Return the ends of windows, (choices, conditions), in half the time of `windows`.
+    def fold(self, points: Points) -> Folded:
+        """Fold the states of choices under all conditions, at the samples.
 
-        They are a `Window` if the limits that bind follow without more work.
-        """
-        reading = self._reading(points)
-        ends = self.ends_that_may_bind(points, reading)
-        return self.all_limits(ends, points) if reading is None else window.read_by(ends, reading)
-
-    def _reading(self, points: Points) -> Reading | None:
-        """Return the gauge's reading of choices under conditions, (choices, conditions) each.
-
-        None where pretensions are F0, or where the limits that bind follow with the ends.
+        These are the angles of the question, one just inward of the first and the last, and those
+        from which on a strap presses.
         """
         question = self.question
-        if question.is_f0 or self._names_limits or question.study.setting.read == MOTOR_TORQUE:
-            return None
-        shape = (len(points), len(question.conditions))
-        whole = Reading(*(np.empty(shape) for _ in range(4)))
-        for rows, conditions, design in self.portions(points):
-            for name, values in vars(Reading.of(design)).items():
-                of_designs = np.asarray(values)
-                if of_designs.ndim > 2:
-                    of_designs = of_designs[..., 0, 0]
-                getattr(whole, name)[rows, conditions] = of_designs
-        return whole
+        angles = question.angles
+        has_between = self.seeks and question.study.trajectory is None and angles.size > 2
+        sampled = whole_motion.with_edges(angles) if has_between else angles
 
-    @property
-    def _names_limits(self) -> bool:
-        """True if ends of all limits are a `Window`, with the limits that bind."""
-        bounds = self.question.bounds
-        is_along = self.question.study.trajectory is not None
-        return is_along or bounds.asks_power or kernel.kind() is None
+        asks_pressure = CONTACT_PRESSURE in (limit.name for limit in question.bounds.asked)
 
-    def all_limits(self, ends: Ends, points: Points) -> Ends:
-        """Turn ends that limits on forms set, as F0, into ends of all limits, as they are read.
+        def fold_portion(design: Design, here: Portion) -> dict[str, Any]:
+            shape = tuple(part.stop - part.start for part in here)
+            ends = fold_ends(design, shape, sampled, question.flexion, question.bounds)
+            low_between = np.zeros(shape, dtype=np.bool_)
+            high_between = low_between
+            if has_between:
+                has_end = np.isfinite(ends.low)
+                low_is_inner = whole_motion.without_edges(ends.low_state, angles)
+                high_is_inner = whole_motion.without_edges(ends.high_state, angles)
+                low_between = low_is_inner & (ends.low_state >= 0) & has_end
+                high_between = high_is_inner & (ends.high_state >= 0) & has_end
+                if asks_pressure:
+                    low_begins, high_begins = self._tighten_at_contact(ends, design)
+                    low_between |= low_begins
+                    high_between |= high_begins
+            reading: dict[str, Array] = {}
+            if not question.is_f0:
+                reading = vars(Reading.of(design))
+            return {
+                **vars(ends),
+                "low_between": low_between,
+                "high_between": high_between,
+                **{name: window.drop_state_axes(values) for name, values in reading.items()},
+            }
+
+        columns = self._of_portions(points, fold_portion)
+
+        def taken(kind: type[Any]) -> Any:
+            return kind(**{one.name: columns[one.name] for one in fields(kind)})
+
+        return Folded(
+            ends=taken(Window if "low_by" in columns else Ends),
+            low_between=columns["low_between"],
+            high_between=columns["high_between"],
+            reading=None if question.is_f0 else taken(Reading),
+        )
+
+    def read(self, folded: Folded, points: Points, *, named: bool = False) -> Ends:
+        """Return ends of all limits as they are read, (choices, conditions).
 
         Args:
-            ends: Ends of windows, (choices, conditions), at samples or over all angles.
+            folded: Ends of limits on forms, at samples or over all angles.
             points: The choices.
+            named: True for a `Window`, with the limits that bind.
         """
-        return self._all_limits(ends, points, named=False)
-
-    def _all_limits(self, ends: Ends, points: Points, *, named: bool) -> Ends:
-        """Turn ends as F0 into ends of all limits, as a `Window` if `named` or at no cost."""
         question = self.question
         is_along = question.study.trajectory is not None  # ends have all limits already
-        asks_power = question.bounds.asks_power and not is_along
-        named = named or self._names_limits
-        if question.is_f0 and (is_along or not named):
-            return ends
-        finished: dict[str, Any] = {}
-        kind = Window if is_along else Ends
-        for rows, conditions, design in self.portions(points):
-            part = kind(**{name: values[rows, conditions] for name, values in vars(ends).items()})
-            if named and not is_along:
-                part = window.with_binding_limits(
-                    part, design, question.angles, question.flexion, question.bounds
-                )
-            if asks_power:
-                part = within_power(
-                    cast("Window", part),
-                    design,
-                    question.angles,
-                    question.flexion,
-                    question.bounds,
-                    question.loads,
-                )
-            for name, values in vars(window.as_read(part, design)).items():
-                if name not in finished:
-                    finished[name] = np.empty(ends.low.shape, dtype=values.dtype)
-                finished[name][rows, conditions] = values
-        return Window(**finished) if named else Ends(**finished)
+        if is_along or not (named or question.bounds.asks_power):
+            return folded.as_read()
 
-    def ends_at_samples(self, points: Points) -> Ends:
-        """Return the ends that limits on forms set at the angles of the question, as F0."""
-        ends, _, _ = self._sampled_ends(points)
-        return ends
+        def name_portion(design: Design, here: Portion) -> dict[str, Any]:
+            ends = Ends(**{name: values[here] for name, values in vars(folded.ends).items()})
+            motion = question.angles, question.flexion, question.bounds
+            return vars(named_ends(ends, design, *motion, question.loads))
 
-    def ends_that_may_bind(self, points: Points, reading: Reading | None = None) -> Ends:
-        """Return the ends that limits on forms set, (choices, conditions), as F0.
+        named_columns = self._of_portions(points, name_portion)
+        return replace(folded, ends=Window(**named_columns)).as_read()
 
-        Ends that may set the window of their choice hold over all angles, others at samples alone.
+    def _of_portions(
+        self, points: Points, compute: Callable[[Design, Portion], Mapping[str, Any]]
+    ) -> dict[str, Any]:
+        """Return arrays of all choices and conditions from those of portions, by name.
 
         Args:
             points: The choices.
-            reading: The gauge's reading, if it is known.
+            compute: Returns the arrays of a portion.
         """
-        ends, low_between, high_between = self._sampled_ends(points)
-        while True:
-            low_may_bind, high_may_bind = self._may_bind(ends, points, reading)
-            low_sought = low_between & low_may_bind
-            high_sought = high_between & high_may_bind
-            self._seek(ends, points, low_sought, high_sought)
-            low_between &= ~low_sought
-            high_between &= ~high_sought
-            # Ends that are tighter now may leave it to others to bind.
-            if self.question.is_f0 or not (low_sought.any() or high_sought.any()):
-                return ends
-
-    def ends_over_all_angles(self, points: Points) -> Ends:
-        """Return the ends that limits on forms set, (choices, conditions), over all angles."""
-        ends, low_between, high_between = self._sampled_ends(points)
-        self._seek(ends, points, low_between, high_between)
-        return ends
-
-    def _sampled_ends(self, points: Points) -> tuple[Ends, Flags, Flags]:
-        """Return the ends at samples, (choices, conditions), as F0.
-
-        Returns:
-            The ends; and True for lower and for upper ends that may lie between the samples.
-        """
-        question = self.question
-        if question.study.trajectory is not None:
-            along = self._windows_along(points, question.study.trajectory)
-            nowhere = np.zeros(along.low.shape, dtype=np.bool_)
-            return along, nowhere, nowhere
-        if question.angles.size < 3:
-            ends = self._fold_states(points, question.angles)
-            nowhere = np.zeros(ends.low.shape, dtype=np.bool_)
-            return ends, nowhere, nowhere
-        ends = self._fold_states(points, whole_motion.with_edges(question.angles))
-        has_end = np.isfinite(ends.low)
-        low_is_inner = whole_motion.without_edges(ends.low_state, question.angles)
-        high_is_inner = whole_motion.without_edges(ends.high_state, question.angles)
-        low_between = low_is_inner & (ends.low_state >= 0) & has_end
-        high_between = high_is_inner & (ends.high_state >= 0) & has_end
-        if CONTACT_PRESSURE in (limit.name for limit in question.bounds.asked):
-            low_begins, high_begins = self._tighten_at_contact(ends, points)
-            low_between |= low_begins
-            high_between |= high_begins
-        return ends, low_between, high_between
-
-    def _windows_along(self, points: Points, trajectory: Trajectory) -> Window:
-        """Return the windows along a trajectory, (choices, conditions), of all limits, as F0."""
-        found: dict[str, Any] = {}
-        whole = (len(points), len(self.question.conditions))
+        whole: dict[str, Any] = {}
         for rows, conditions, design in self.portions(points):
-            part = window_along(design, trajectory, self.question.bounds)
-            for name, values in vars(part).items():
-                if name not in found:
-                    found[name] = np.empty(whole, dtype=values.dtype)
-                found[name][rows, conditions] = values
-        return Window(**found)
+            for name, values in compute(design, (rows, conditions)).items():
+                if name not in whole:
+                    shape = (len(points), len(self.question.conditions))
+                    whole[name] = np.empty(shape, dtype=np.asarray(values).dtype)
+                whole[name][rows, conditions] = values
+        return whole
 
-    def _tighten_at_contact(self, ends: Ends, points: Points) -> tuple[Flags, Flags]:
-        """Tighten ends at the angles from which on the straps press, in place.
+    def _tighten_at_contact(self, ends: Ends, design: Design) -> tuple[Flags, Flags]:
+        """Tighten ends at the angles from which on the straps of designs press, in place.
 
         A limit on the strap's pressure begins there at once, and such an angle need not be one of
         the question.
 
         Args:
             ends: Ends at samples, (choices, conditions), as F0.
-            points: The choices.
+            design: The designs.
 
         Returns:
             True for lower and for upper ends that are tighter there.
         """
         question = self.question
+        shape = ends.low.shape
         angles = question.angles.ravel()
-        tightened = {name: np.zeros(ends.low.shape, dtype=np.bool_) for name in ("low", "high")}
-        for rows, conditions, design in self.portions(points):
-            shape = (rows.stop - rows.start, conditions.stop - conditions.start)
-            contact = np.clip(design.arm.first_contact, angles[0], angles[-1])
-            distance = np.abs(contact[..., np.newaxis] - angles).min(axis=-1)
-            if np.all(distance <= _SAME_ANGLE):
-                continue
-            state = State.of(design, contact, question.flexion)
-            tightest = window.begin(shape)
-            kernel.fold_window(tightest, state, question.bounds, (*shape, len(question.flexion), 1))
-            part = window.finish(tightest, design, question.bounds)
-            is_bounded = question.bounds.of(design).asks(CONTACT_PRESSURE)
-            begins = np.broadcast_to(is_bounded, (*shape, 1, 1))[..., 0, 0]
-            of_designs = np.broadcast_to(contact, (*shape, 1, 1))[..., 0, 0]
-            place = np.searchsorted(angles, of_designs)  # of the first angle with pressure
-            here = rows, conditions
-            for name, sign in (("low", 1.0), ("high", -1.0)):
-                value = getattr(part, name)
-                direction = getattr(part, f"{name}_state")
-                is_tighter = begins & (sign * value > sign * getattr(ends, name)[here])
-                tightened[name][here] = is_tighter
-                for target, new in (
-                    (name, value),
-                    (f"{name}_state", direction * angles.size + place),
-                    (f"{name}_angle", of_designs),
-                ):
-                    np.copyto(getattr(ends, target)[here], new, where=is_tighter)
-        return tightened["low"], tightened["high"]
+        contact = np.atleast_2d(np.clip(design.arm.first_contact, angles[0], angles[-1]))
+        distance = np.abs(contact[..., np.newaxis] - angles).min(axis=-1)
+        if np.all(distance <= _SAME_ANGLE):
+            nowhere = np.zeros(shape, dtype=np.bool_)
+            return nowhere, nowhere
+        at_contact = fold_ends(design, shape, contact, question.flexion, question.bounds)
+        is_bounded = question.bounds.of(design).asks(CONTACT_PRESSURE)
+        begins = np.broadcast_to(is_bounded, (*shape, 1, 1))[..., 0, 0]
+        of_designs = np.broadcast_to(contact, (*shape, 1, 1))[..., 0, 0]
+        place = np.searchsorted(angles, of_designs)  # of the first angle with pressure
+        tightened = []
+        for name, sign in (("low", 1.0), ("high", -1.0)):
+            value = getattr(at_contact, name)
+            direction = getattr(at_contact, f"{name}_state")
+            is_tighter = begins & (sign * value > sign * getattr(ends, name))
+            tightened.append(is_tighter)
+            for target, new in (
+                (name, value),
+                (f"{name}_state", direction * angles.size + place),
+                (f"{name}_angle", of_designs),
+            ):
+                np.copyto(getattr(ends, target), new, where=is_tighter)
+        return tightened[0], tightened[1]
 
-    def _fold_states(self, points: Points, angles: Array) -> Ends:
-        """Fold the states at `angles`, (1, K) rad, into ends, (choices, conditions), as F0."""
-        question = self.question
-        folded: dict[str, Any] = {}
-        for rows, conditions, design in self.portions(points):
-            shape = (rows.stop - rows.start, conditions.stop - conditions.start)
-            state = State.of(design, angles, question.flexion)
-            tightest = window.begin(shape)
-            kernel.fold_window(
-                tightest, state, question.bounds, (*shape, len(question.flexion), angles.size)
-            )
-            part = window.finish(tightest, design, question.bounds)
-            for name, values in vars(part).items():
-                if name not in folded:
-                    whole = (len(points), len(question.conditions))
-                    folded[name] = np.empty(whole, dtype=values.dtype)
-                folded[name][rows, conditions] = values
-        return Ends(**folded)
+    def seek(self, folded: Folded, points: Points, at: Array | None = None) -> None:
+        """Replace ends that may set the window of their choice by those over all angles, in place.
 
-    def _seek(self, ends: Ends, points: Points, low_sought: Flags, high_sought: Flags) -> None:
+        Args:
+            folded: Ends at samples.
+            points: The choices.
+            at: Pretensions, (choices,), near which all ends are sought, too.
+        """
+        while folded.low_between.any() or folded.high_between.any():
+            low_may_bind, high_may_bind = self._may_bind(folded, at)
+            low_sought = folded.low_between & low_may_bind
+            high_sought = folded.high_between & high_may_bind
+            self._seek(folded, points, low_sought, high_sought)
+            # Ends that are tighter now may leave it to others to bind.
+            if self.question.is_f0 or not (low_sought.any() or high_sought.any()):
+                return
+
+    def seek_everywhere(self, folded: Folded, points: Points) -> None:
+        """Replace all ends by those over all angles, in place."""
+        self._seek(folded, points, folded.low_between.copy(), folded.high_between.copy())
+
+    def _seek(self, folded: Folded, points: Points, low_sought: Flags, high_sought: Flags) -> None:
         """Replace ends by those over all angles, in place.
 
         Args:
-            ends: Ends at samples.
+            folded: Ends at samples.
             points: The choices.
             low_sought: True for lower ends that are sought, (choices, conditions).
             high_sought: True for upper ends.
         """
         question = self.question
+        ends = folded.ends
         sides = (
             (False, low_sought, ends.low, ends.low_state, ends.low_angle),
             (True, high_sought, ends.high, ends.high_state, ends.high_angle),
@@ -322,28 +300,25 @@ class Solver:
                     upper=upper,
                 )
                 angle[pairs] = np.where(np.isnan(found), angle[pairs], found)
+        folded.low_between[low_sought] = False
+        folded.high_between[high_sought] = False
 
-    def _may_bind(self, ends: Ends, points: Points, reading: Reading | None) -> tuple[Flags, Flags]:
+    def _may_bind(self, folded: Folded, at: Array | None) -> tuple[Flags, Flags]:
         """Return True for lower and upper ends that may set the window of their choice.
 
         They may do so once they are sought between the angles; both are (choices, conditions).
 
         Args:
-            ends: Ends at samples, as F0.
-            points: The choices.
-            reading: The gauge's reading, if it is known.
+            folded: Ends at samples.
+            at: Pretensions near which ends count, too, (choices,).
         """
         question = self.question
-        read = ends
-        if not question.is_f0:
-            if question.bounds.asks_power or question.study.setting.read == MOTOR_TORQUE:
-                everywhere = np.ones(ends.low.shape, dtype=np.bool_)
-                return everywhere, everywhere
-            # Ends as they are read may have another order than as F0, but each grows with its own.
-            if reading is None:
-                read = self._all_limits(ends, points, named=False)
-            else:
-                read = window.read_by(ends, reading)
+        is_torque = question.study.setting.read == MOTOR_TORQUE
+        if not question.is_f0 and (question.bounds.asks_power or is_torque):
+            everywhere = np.ones(folded.ends.low.shape, dtype=np.bool_)
+            return everywhere, everywhere
+        # Ends as they are read may have another order than as F0, but each grows with its own.
+        read = folded.as_read()
         low = [read.low.max(axis=1)]
         high = [read.high.min(axis=1)]
         if question.sample.enough < 1.0:
@@ -351,10 +326,9 @@ class Solver:
             covered = question.groups.coverage(*of_groups, serve=question.sample.enough)
             low += [covered.low, covered.best_low]
             high += [covered.high, covered.best_high]
-        if question.placement.given is not None:
-            at_given = given_pretensions(question, points)
-            low.append(at_given)
-            high.append(at_given)
+        if at is not None:
+            low.append(at)
+            high.append(at)
         return _near_any(read.low, low), _near_any(read.high, high)
 
     # --- The worst at a pretension ----------------------------------------------------------------

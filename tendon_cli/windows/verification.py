@@ -15,13 +15,12 @@ from tendon_cli.windows.coverage import ROUNDING, effective_count_of_strata, ser
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import (
     LEAN,
-    Placement,
     Question,
     cost_per_design,
     is_sought,
     with_enough,
 )
-from tendon_cli.windows.solutions import Binding, End, Solutions, solve
+from tendon_cli.windows.solutions import WINDOWS_AT_ONCE, Binding, End, Solutions, solve
 from tendon_cli.windows.solver import Solver
 
 if TYPE_CHECKING:
@@ -139,50 +138,56 @@ class Verifier:
 
         return replace(solved, from_binding=of_own_sample("from"), to_binding=of_own_sample("to"))
 
-    def judge(self, choice: Solutions) -> Verified | None:
-        """Judge one choice at its pretension; return None if it has no pretension."""
-        pretension = float(choice.pretension[0])
-        return None if np.isnan(pretension) else self.judge_at(choice.points, pretension)
-
-    def judge_at(self, points: Points, pretension: float) -> Verified:
-        """Judge one choice at a pretension.
+    def judge(self, points: Points, pretensions: Array) -> list[Verified]:
+        """Judge choices, each at its pretension.
 
         Args:
-            points: The choice.
-            pretension: The pretension, N.
+            points: The choices.
+            pretensions: Their pretensions, (choices,), N.
 
         Raises:
             Stopped: The run was cancelled.
         """
         question = self.solver.question
-        placement = Placement(given=pretension)
-        ends = self.solver.for_question(replace(question, placement=placement)).ends(points)
         groups = question.groups
-        group_low, group_high = groups.windows(ends.low, ends.high)
-        is_served = serves(group_low, group_high, pretension)
-        value = float(groups.share(is_served)[0])
+        judged = []
+        at_once = max(1, WINDOWS_AT_ONCE // len(question.conditions))
+        for rows in self.solver.cut(len(points), at_once):
+            ends = self.solver.ends(points.select(rows), pretensions[rows])
+            group_low, group_high = groups.windows(ends.low, ends.high)
+            is_served = serves(group_low, group_high, pretensions[rows, np.newaxis])
+            covered = groups.coverage(group_low, group_high, serve=question.serve)
+            for place, of_members in enumerate(is_served):
+                windows = (group_low[place], group_high[place])
+                low = float(covered.low[place])
+                high = float(covered.high[place])
+                if question.serve >= 1.0:
+                    common_low = float(windows[0].max())
+                    common_high = float(windows[1].min())
+                    has_window = common_low <= common_high
+                    low = common_low if has_window else np.nan
+                    high = common_high if has_window else np.nan
+                judged.append(self._verified(of_members, windows, low, high))
+        return judged
+
+    def _verified(
+        self, is_served: Flags, windows: tuple[Array, Array], low: float, high: float
+    ) -> Verified:
+        """Return the judgement of one choice, from the members that its pretension serves."""
+        groups = self.solver.question.groups
+        value = float(groups.share(is_served[np.newaxis])[0])
         if np.ptp(groups.weighting) == 0.0:
             value = float(np.mean(is_served))  # without the rounding of a weighted sum
-        effective = effective_count_of_strata(
-            is_served[0], self.sample.weighting, self.sample.strata
-        )
-        covered = groups.coverage(group_low, group_high, serve=question.serve)
-        low = float(covered.low[0])
-        high = float(covered.high[0])
-        if question.serve >= 1.0:
-            common_low = float(group_low.max())
-            common_high = float(group_high.min())
-            has_window = common_low <= common_high
-            low = common_low if has_window else np.nan
-            high = common_high if has_window else np.nan
+        sample = self.sample
+        effective = effective_count_of_strata(is_served, sample.weighting, sample.strata)
         return Verified(
             value=value,
             interval=say.interval(value, effective),
-            sample=self.sample,
+            sample=sample,
             low=low,
             high=high,
-            is_served=is_served[0],
-            windows=(group_low[0], group_high[0]),
+            is_served=is_served,
+            windows=windows,
         )
 
 

@@ -35,7 +35,7 @@ class Worst(ByChoice):
     @classmethod
     def unknown(cls, count: int, motion: Iterable[str] = ()) -> Self:
         """Return the values of choices for which none is known, with some columns of motion."""
-        of_states = {name: np.full(count, np.nan) for name in _OF_STATES}
+        of_states = {name: np.full(count, np.nan) for name in OF_STATES}
         return cls(**of_states, motion={name: np.full(count, np.nan) for name in motion})
 
     @classmethod
@@ -52,7 +52,7 @@ class Worst(ByChoice):
     def with_values(self, rows: Selection, values: Worst) -> Self:
         """Return the same with the values of some choices, (rows,) each, in their places."""
         changed = {}
-        for name in _OF_STATES:
+        for name in OF_STATES:
             changed[name] = getattr(self, name).copy()
             changed[name][rows] = getattr(values, name)
         motion = {name: column.copy() for name, column in self.motion.items()}
@@ -63,6 +63,7 @@ class Worst(ByChoice):
 
 QUANTITIES = 7
 """Number of quantities whose largest values are the worst values; the torque is two."""
-_OF_STATES = tuple(one.name for one in fields(Worst) if one.name != "motion")
-WORST = tuple(name for name in _OF_STATES if name != "spring_room")
+OF_STATES = tuple(one.name for one in fields(Worst) if one.name != "motion")
+"""Names of the worst values of states."""
+WORST = tuple(name for name in OF_STATES if name != "spring_room")
 """Names of the worst values that have columns, which go by these names, too."""

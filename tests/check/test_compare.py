@@ -26,10 +26,14 @@ def test_a_run_is_as_it_is(plain):
     assert result.record["within"] is None
 
 
-def test_another_study_is_refused_unless_the_key_is_named(plain, rougher):
-    with pytest.raises(UsageError, match=r"sheath\.friction was 0\.07, now 0\.0705"):
-        tendon.check(rougher, plain, tolerance=1e-9)
-    assert not tendon.check(rougher, plain, tolerance=1e-9, apart=["sheath.friction"]).holds
+def test_an_edit_is_told_with_what_it_does_unless_the_key_is_named(plain, rougher):
+    edited = tendon.check(rougher, plain, tolerance=1e-9)
+    accepted = tendon.check(rougher, plain, tolerance=1e-9, apart=["sheath.friction"])
+    line = "  sheath.friction was 0.07, now 0.0705 (--except sheath.friction accepts it)\n"
+    assert edited.text.replace(line, "") == accepted.text != edited.text
+    assert edited.record == accepted.record | {"edits": ["sheath.friction"]}
+    assert not edited.holds
+    assert not accepted.holds
 
 
 @pytest.mark.parametrize(

@@ -28,8 +28,40 @@ def test_every_command_has_help_and_the_list_shows_its_whole_first_sentence(tend
 
 
 def test_both_ways_to_start_give_the_same(outside):
-    assert outside("--version").out == f"tendon {__version__}\n"
+    assert outside("--version").out == outside("-V").out == f"tendon {__version__}\n"
     assert outside("-m", "tendon_cli", "sweep", "none.toml", "--json", python=True).exit == 2
+
+
+def test_a_command_without_a_study_names_the_only_one_there_is(tendon, workplace):
+    (workplace / "pyproject.toml").write_text('[project]\nname = "other"\n')
+    assert tendon("sweep").err.endswith("hint: `tendon init` writes a study to start from\n")
+    (workplace / "my suit.yml").write_text("load.mass: 3 kg\n")
+    for command in ("state", "sweep", "design"):
+        ran = tendon(command)
+        assert ran.exit == 2
+        hint = f"this folder has one: tendon {command} 'my suit.yml'"
+        assert ran.err == f"tendon: error: Missing argument 'STUDY'.\n  hint: {hint}\n"
+    (workplace / "other.toml").write_text("load.mass = 3\n")
+    assert (
+        tendon("sweep", "--json").json["error"]["hint"] == "studies here: my suit.yml, other.toml"
+    )
+
+
+@pytest.mark.parametrize(
+    ("named", "there"),
+    [("a.yaml", "a.yml"), ("a.yml", "a.toml"), ("a.toml", "a.yaml"), ("a", "a.toml")],
+)
+def test_a_missing_study_is_found_under_another_ending(tendon, workplace, named, there):
+    for name in (there, "b.toml"):
+        (workplace / name).touch()
+    assert f"hint: did you mean {there}?" in tendon("state", named).err
+    assert f"hint: files there: {there}, b.toml" in tendon("state", "c.toml").err
+
+
+def test_every_command_that_writes_a_result_has_a_short_option_for_its_name():
+    for command, declared in COMMANDS.items():
+        named = [option.opts for option in declared.params if "--out" in option.opts]
+        assert named in ([], [["--out", "-o"]]), command
 
 
 # --- init -----------------------------------------------------------------------------------------

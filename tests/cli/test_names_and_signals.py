@@ -1,6 +1,8 @@
 """Commands answer alike to names that no file can have, other writers, and signals."""
 
 import os
+import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -10,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import tendon_cli as tendon_library
+from tendon_cli.engine.sweep import Sweep
 from tendon_cli.errors import TendonError
 from tendon_cli.files import path_of, result_path, whole_file, write_whole
 from tests.sampled import check_all, quick_and_torture
@@ -161,3 +164,26 @@ def test_a_signal_while_a_file_is_written_leaves_none(tendon, study, words, numb
         _, messages = process.communicate(timeout=60)
     assert (process.returncode, messages) == (128 + number, "")
     assert set(study.parent.rglob("*")) == before
+
+
+def test_a_run_that_is_stopped_says_how_to_go_on(tendon, study, small_parts, monkeypatch):
+    fill = Sweep.fill
+
+    def stop_at_the_second(self, tables, index):
+        if index == 1:
+            os.kill(os.getpid(), signal.SIGTERM)
+            while True:
+                self.check_stopped()
+                time.sleep(0.01)
+        return fill(self, tables, index)
+
+    small_parts(200)
+    out = ("--out", "my run", "--jobs", 1)
+    with monkeypatch.context() as patch:
+        patch.setattr(Sweep, "fill", stop_at_the_second)
+        ran = tendon("sweep", study, "--set", "sheath.friction=0.1", *out, "--no-figures", "-q")
+    assert ran.exit == 143
+    assert ran.err.startswith("tendon: error: my run: stopped by SIGTERM; ")
+    (command,) = re.findall(r"hint: `tendon (.*)` continues where it stopped", ran.err)
+    resumed = tendon(*shlex.split(command), "--no-figures", "--json")
+    assert (resumed.exit, resumed.json["resumed_parts"]) == (0, 1)

@@ -108,6 +108,25 @@ def test_what_is_rigid_is_called_so_everywhere(tendon, write_study, blank_figure
     assert tendon("report", "run").exit == 0
 
 
+@pytest.mark.parametrize("units", ["si", "study"])
+def test_an_export_for_a_paper_is_rounded_to_significant_digits(tendon, run, units):
+    words = ("export", run, "--units", units)
+    assert tendon(*words[:2], "whole.csv", *words[2:]).exit == 0
+    assert tendon(*words[:2], "paper.csv", *words[2:], "--round", 4).exit == 0
+    heads, whole = read_csv("whole.csv")
+    rounded_heads, rounded = read_csv("paper.csv")
+    assert rounded_heads == heads
+    differ = 0
+    for row, short in zip(whole, rounded, strict=True):
+        for cell, text in zip(row, short, strict=True):
+            differ += cell != text
+            if cell != text:
+                assert len(text.replace(".", "").strip("-0").partition("e")[0]) <= 4
+                assert float(text) == pytest.approx(float(cell), rel=5e-4)
+    assert differ > 0
+    assert tendon(*words[:2], "paper.csv", "--round", 0).exit == 2
+
+
 def test_nothing_in_an_export_is_run_by_a_spreadsheet(tendon, run):
     assert tendon("export", run, "all.csv").exit == 0
     _, rows = read_csv("all.csv")

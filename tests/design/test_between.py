@@ -171,12 +171,7 @@ def test_a_window_for_which_the_cells_do_not_suffice_is_open(monkeypatch):
 
 def test_the_proof_catches_an_end_that_the_grid_misses(monkeypatch):
     """The grid misses it because no peak between two of its angles is climbed."""
-
-    def none_may_bind(_, ends, _points, _reading):
-        nothing = np.zeros(ends.low.shape, bool)
-        return nothing, nothing
-
-    monkeypatch.setattr(solver_module.Solver, "_may_bind", none_may_bind)
+    monkeypatch.setattr(solver_module.Solver, "seek", lambda *_: None)
     suit = SUITS["tension"]
     choice = answered(
         suit.content, load={"mass": [0.0, suit.load]}, limits=suit.limits, motion=suit.motion(5)
@@ -424,8 +419,9 @@ def check_estimates(cases):
             continue
         solver = Solver(question)
         points = question.all_points()
-        ends = solver.ends_that_may_bind(points)
-        estimate = estimate_error(solver, solve(solver, points), ends)
+        folded = solver.fold(points)
+        solver.seek(folded, points)
+        estimate = estimate_error(solver, solve(solver, points), folded)
         if estimate is None:
             continue
         dense_low, dense_high = dense_window()

@@ -123,9 +123,7 @@ def test_missing_figures_are_drawn_and_nothing_is_solved(tendon, study, workplac
     file = study(CATALOGUE)
     before = tendon("design", file, "--no-figures", "--out", "out", "--json").json
     monkeypatch.setattr(Choices, "fill", lambda *_: pytest.fail("it is solved again"))
-    monkeypatch.setattr(
-        choices_module, "make_record", lambda *_: pytest.fail("it is worked out again")
-    )
+    monkeypatch.setattr(choices_module, "choose", lambda *_: pytest.fail("it is worked out again"))
     monkeypatch.setattr(kernel, "fold_window", lambda *_: pytest.fail("a window is solved"))
     drawn = tendon("design", file, "--out", "out", "--json").json
     assert drawn["figures"]

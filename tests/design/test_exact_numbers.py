@@ -59,7 +59,7 @@ def test_a_sweep_takes_the_middle_and_says_so():
 
 def test_an_answer_refuses_a_case_that_sets_what_is_drawn():
     content = SUIT | ROUGH | {"cases": [{"name": "dry", "sheath": {"friction": 0.1}}]}
-    with pytest.raises(StudyError, match=r"cases\.0\.sheath\.friction: is uncertain"):
+    with pytest.raises(StudyError, match=r"cases\.0\.sheath\.friction: .* is uncertain"):
         question_of(study_from(content))
     question_of(study_from(content | {"uncertainty": {"draws": 0}}))
 

@@ -233,37 +233,6 @@ def test_the_answer_does_not_depend_on_how_the_work_is_cut(monkeypatch, name):
         assert cut[key] == whole[key], key
 
 
-def test_any_cut_into_parts_keeps_what_may_be_first_and_counts_it():
-    question, solutions = solved_question(SUITS)
-    random = np.random.default_rng(3)
-    order = Order.of(question)
-    for _ in range(100):
-        # Values that tie, nearly tie, and form chains of near ties.
-        near = random.integers(-4, 5, len(solutions)) * 0.4e-9
-        settable = np.where(random.random(len(solutions)) < 0.5, 1.0, 0.5 + near)
-        tension = 100.0 * (1.0 + random.integers(-3, 4, len(solutions)) * 0.5e-9)
-        advice = random.integers(0, 4, len(solutions))
-        worst = solutions.worst.with_values(slice(None), solutions.worst)
-        worst.max_tension[:] = tension
-        varied = type(solutions)(
-            **{**vars(solutions), "settable": settable, "worst": worst, "advice": advice}
-        ).select(solutions.feasible)
-        whole = order.best(varied)
-        count = order.count_left([order.stages(varied)])
-        cuts = np.sort(random.integers(1, len(varied), 2))
-        parts = np.split(np.arange(len(varied)), cuts)
-        kept = []
-        stages = []
-        for part in parts:
-            if len(part):
-                selected = varied.select(part)
-                kept.append(part[order.may_be_first(selected)])
-                stages.append(order.stages(selected))
-        rows = np.concatenate(kept)
-        assert rows[order.best(varied.select(rows))] == whole
-        assert order.count_left(stages) == count
-
-
 def test_advice_comes_before_tolerance_and_tension_unless_it_is_off():
     question, solutions = solved_question({**SUITS, "design": {}})
     without = question_of(tendon.study(SUITS))

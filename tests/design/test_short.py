@@ -226,10 +226,10 @@ def test_two_ends_conflict_and_three_changes_help():
 # --- Where it is shown ----------------------------------------------------------------------------
 
 
-def test_a_session_shows_the_short_answer_and_prints_the_whole():
+def test_a_session_shows_and_prints_the_short_answer():
     answer = answered(SUIT)
-    assert repr(answer) == answer.short
-    assert str(answer) == answer.text == answer.record["text"]
+    assert repr(answer) == str(answer) == answer.short
+    assert answer.text == answer.record["text"]
     assert "short" not in answer.record
 
 

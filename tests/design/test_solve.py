@@ -90,7 +90,7 @@ def test_at_the_least_pretension_the_binding_state_is_just_taut(tmp_path):
     ("module", "name", "few"),
     [
         (solver_module, "_STATES_AT_ONCE", 500),  # 2 conditions at once
-        (solutions_module, "_WINDOWS_AT_ONCE", 30),  # 7 choices at once
+        (solutions_module, "WINDOWS_AT_ONCE", 30),  # 7 choices at once
     ],
     ids=["states", "windows"],
 )
@@ -142,9 +142,11 @@ def test_ends_that_may_bind_set_the_windows_that_all_ends_over_all_angles_set(tm
     question = question_from(limits + coarse + RANGES, tmp_path)
     solver = Solver(question)
     points = question.all_points()
-    of_all = solver.ends_over_all_angles(points)
-    few = solver.ends_that_may_bind(points)
-    sampled = solver.ends_at_samples(points)
+    folded = solver.fold(points)
+    solver.seek_everywhere(folded, points)
+    of_all = folded.ends
+    few = solver.ends(points)
+    sampled = solver.fold(points).ends
     np.testing.assert_array_equal(few.low.max(axis=1), of_all.low.max(axis=1))
     np.testing.assert_array_equal(few.high.min(axis=1), of_all.high.min(axis=1))
     assert (sampled.low <= of_all.low).all()

@@ -10,6 +10,11 @@ import typer
 import tendon_cli
 from docs import figures, reference
 from tendon_cli import cli
+from tendon_cli.model.body import DIMENSIONS
+from tendon_cli.space.axis import split_side
+from tendon_cli.studies.contents import column_of, keys
+from tendon_cli.studies.json_schema import key_words
+from tests.answers import answered, merged
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "tendon_cli"
@@ -90,6 +95,35 @@ def test_the_tables_of_reference_are_those_of_the_code():
     """`python docs/refresh.py` writes them anew."""
     old = [page for page, text in PAGES.items() if reference.renewed(text) != text]
     assert old == []
+
+
+def test_every_column_of_every_table_is_on_a_page():
+    """Columns of axes are named by their keys, which a table of reference lists."""
+    suit = {"load": {"mass": ["0 kg", "3 kg"]}, "motion": {"elbow_angle": ["0 deg", "90 deg"]}}
+    few = {"design": {"verify": 100, "serve": 0.5}, "uncertainty": {"draws": 4}}
+    people = {"people": {"count": 8, "seed": 1}, "sheath": {"friction": "0.07 +/- 0.01"}}
+    results = [
+        tendon_cli.sweep({**suit, "motion": {"speed": "60 deg/s"}}),
+        answered(merged(suit, few, {"sheath": {"friction": "0.07 +/- 0.01"}})),
+        answered(merged(suit, few, people)),
+    ]
+    known = {column_of(key) for key in keys()} | {*DIMENSIONS, "draw", "person"}
+    text = PAGES["tables.md"]
+    for result in results:
+        for name in (*result.tables, *result.table_files):
+            for column in result.table(name.removesuffix(".parquet")).schema.names:
+                stem = re.sub("_(motor|low|high)$", "", column)
+                assert column in known or f"`{column}`" in text or f"`{stem}`" in text, column
+
+
+def test_every_key_of_a_study_is_on_its_page():
+    """A side overrides the common key, and a curve written out has the columns of its file."""
+    page = PAGES["study.md"]
+    for key in key_words():
+        _, side = split_side(key)
+        curve = key.rpartition(".")[0]
+        in_a_table = f"`{key.rpartition('.')[2]}`" in page
+        assert side or in_a_table or f"`{key}`" in page or f"`{curve}`" in page, key
 
 
 def test_every_table_of_reference_has_its_place():

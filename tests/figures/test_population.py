@@ -63,7 +63,7 @@ def test_served_and_others_have_their_colours(tmp_path):
     reasons = [reason("needs $more$", "more", "a", "c"), reason("none", "another suit", "b", "c")]
     of_persons = record(window=[110.0, 130.0], pretension=120.0, not_served=reasons)
     pixels = colours(for_whom(of_persons, rows), tmp_path / "a.png")
-    assert has(pixels, "#0072b2")
+    assert has(pixels, "#56b4e9")
     assert has(pixels, "#d55e00")
     nobody_served = {
         "pretension_from": rows["pretension_from"],

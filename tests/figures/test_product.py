@@ -12,7 +12,7 @@ import pytest
 
 from tendon_cli.cube.cube import cube_of
 from tendon_cli.cube.rows import rows_in
-from tendon_cli.cube.source import table_at
+from tendon_cli.cube.source import table_in
 from tendon_cli.errors import UsageError
 from tests.figures.runs import LOADS, designs, grid, states, sweep
 
@@ -67,7 +67,7 @@ def test_states_that_were_not_kept_are_those_that_would_have_been(tmp_path: Path
     motion = {"elbow_angle": grid("0 deg", "90 deg", 16)}
     sweep(only_designs, {"motion": motion, **CONTENT, "output": {"tables": ["designs"]}})
     for folder in (only_designs, only_status):
-        files = table_at(folder, None, ["motor_torque", "load.mass"])
+        files = table_in(folder, None, ["motor_torque", "load.mass"])
         pd.testing.assert_frame_equal(
             files.read(whole.schema.names).to_pandas(), whole.read().to_pandas()
         )

@@ -14,8 +14,10 @@ import pytest
 
 from tendon_cli.model import design, sheath
 from tendon_cli.model.kinematics import Anchors, Travels
+from tendon_cli.studies import usual
 from tests.sampled import quick_and_torture
 from verification.paper.reproduce import evaluate
+from verification.paper.runs import shares_of_people
 from verification.paper.statements import FALSE, IN_PART, TRUE, judge
 
 NUMBERS = {
@@ -55,14 +57,20 @@ NUMBERS = {
         *(0, 3, 5, 10),
         *(96.829, 133.88, 158.57, 220.32),
         *(122.83, 227.12, 296.64, 470.44),
+        *(500, 89, 100, 100, 100),
         *(220.32, 122.83),
         *(163.02, 60.879),
         *(144.94, 118.61),
-        *(500, 0, 0, 4.2, 99.6),
+        *(0, 0, 4.2, 99.6),
     ),
     "C8": (78.022, 17.033, 0, 100, 200, 221, 220.32),
     "S1": (42.876, 118.87, 311.86, 79.074, 475.87, -178.05),
-    "S2": (79.165, 80.345, 122.9, 122.45, 35.585, 121.22, 120.17, 0.10151),
+    "S2": (
+        *(5.6759, 5.6759, 5.6759, 5.6759),
+        *(23.802, 14.974, 12.509, 9.2087),
+        *(0, 3, 5, 10),
+        *(79.165, 80.345, 122.9, 122.45, 35.585, 121.22, 120.17, 0.10151),
+    ),
     "S3": (1.835, 0.54497, 167.32, 0),
     "S4": (-0.66593, -0.16813, 1.2409, 0.67976),
     "S5": (-935.74, -992.06, -1029.6, -1123.5, 4.6919, -50.13, -86.678, -178.05, 0, 3, 5, 10),
@@ -76,7 +84,7 @@ VERDICTS = {
     "C4": IN_PART,
     "C5": IN_PART,
     "C6": IN_PART,
-    "C7": FALSE,
+    "C7": IN_PART,
     "C8": TRUE,
 }
 
@@ -195,6 +203,17 @@ def test_f9_to_f11_what_pretension_springs_and_ratio_do_to_slack(paper):
     smallest, *larger = ratios["taut"].tolist()
     assert smallest is True
     assert larger == [False] * len(larger)
+
+
+DRAWS_USUAL = True
+
+
+def test_people_of_c7_wear_the_suit_of_the_paper_exactly(monkeypatch):
+    question = (40, 3e3, 0.7, np.array([0.0, 3.0]))
+    shares = shares_of_people(*question)
+    monkeypatch.setattr(usual, "USUAL", {})
+    assert shares_of_people(*question) == shares
+    assert 0.0 < shares[0] < shares[1] <= 1.0
 
 
 # --- Place of the load ----------------------------------------------------------------------------

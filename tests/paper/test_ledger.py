@@ -1,4 +1,4 @@
-"""The ledger of `make paper` says of every finding and slip what the tables say."""
+"""The ledger of `make paper` says of every finding, slip and gap what the tables say."""
 
 import json
 import re
@@ -16,8 +16,9 @@ from verification.paper.statements import Entry
 
 CLAIMS = [f"C{number}" for number in range(1, 9)]
 FINDINGS = ["F4", "F6a", "F6b", "F7a", "F7b", "F7c", "F7d", "F8a", "F8b", "F9", "F10", "F11", "TA1"]
-SLIPS = [f"S{number}" for number in range(1, 8)]
-KEYS = ["id", "finding", "verdict", "recorded", "value", "numbers", "figure", "holds"]
+SLIPS = ["S1", "S3", "S5", "S6"]
+GAPS = ["S2", "S4", "S7"]
+KEYS = ["id", "kind", "finding", "verdict", "recorded", "value", "numbers", "figure", "holds"]
 KEPT = Path(__file__).parents[2] / "results" / "paper"
 
 
@@ -35,7 +36,7 @@ def test_every_verdict_is_the_one_on_record_in_the_text_and_the_data(reproduced)
     assert all(entry.holds for entry in reproduced.entries if entry.kind != "claim")
     assert reproduced.holds
     ledger = json.loads((reproduced.out / "ledger.json").read_bytes())
-    assert [entry["id"] for entry in ledger] == FINDINGS + CLAIMS + SLIPS
+    assert [entry["id"] for entry in ledger] == FINDINGS + CLAIMS + SLIPS + GAPS
     for entry in ledger:
         assert list(entry) == KEYS
         assert entry["holds"] is (entry["verdict"] == "true")
@@ -62,7 +63,7 @@ def test_the_page_has_every_entry_and_no_date_or_path(reproduced, page):
 
 
 def test_a_verdict_that_is_not_the_one_on_record_is_marked_and_named(reproduced):
-    failed = Entry("F4", "a|b", "false", "true", "0", (0.0,), "fig04.png")
+    failed = Entry("F4", "finding", "a|b", "false", "true", "0", (0.0,), "fig04.png")
     broken = replace(reproduced, entries=(failed,))
     assert "| F4 | ✗ false, on record true | a\\|b |" in broken.page()
     assert not broken.holds
@@ -146,6 +147,19 @@ def test_eq_11_first_keeps_the_compatibility_and_the_motor_and_loses_the_elbow(p
     np.testing.assert_allclose(motor_torque, by_eq_11, atol=1e-12)
     unbalanced = coupling.moment_arm * flexor - 0.045 * extensor - coupling.elbow_torque
     assert np.abs(unbalanced).max() > 1.0
+
+
+def test_eq_11_has_equal_torques_where_moment_arm_and_friction_make_the_spool_whatever_the_load(
+    paper,
+):
+    run = paper["fig06"]
+    (angle, *others) = slips.crossings_by_eq_11(run)
+    np.testing.assert_allclose(others, angle)
+    design, angles, flexion = run.inputs()
+    arm = State.of(design, angles, flexion).coupling.moment_arm
+    rising = np.argsort(np.ravel(angles))
+    at_crossing = np.interp(np.radians(angle), np.ravel(angles)[rising], arm.ravel()[rising])
+    assert at_crossing * np.exp(-0.07 * np.pi) == pytest.approx(0.03, rel=2e-3)
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.07, 0.5])

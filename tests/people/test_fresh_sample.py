@@ -9,7 +9,7 @@ from tendon_cli.answer_record import named_first
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.studies.fresh_sample import fresh_sample
 from tendon_cli.studies.load import study_from
-from tendon_cli.studies.values import draw_fresh_numbers, draw_numbers
+from tendon_cli.studies.values import OF_FRESH_DRAWS, draw_numbers
 from tendon_cli.windows.coverage import (
     effective_count,
     effective_count_of_strata,
@@ -87,15 +87,19 @@ def test_the_fresh_sample_does_not_depend_on_the_number_of_persons_of_the_study(
     assert any((other.axis.numbers[key] != few.axis.numbers[key]).any() for key in few.axis.numbers)
 
 
+def fresh_numbers(uncertain, count, seed):
+    return draw_numbers(uncertain, count, seed, sampler="random", stream=OF_FRESH_DRAWS)
+
+
 def test_fresh_draws_are_independent_of_each_other_and_of_the_studys():
     uncertain = study_of(ROUGH, SUIT).uncertain
-    fresh = draw_fresh_numbers(uncertain, 4096, 1)["sheath.friction"]
+    fresh = fresh_numbers(uncertain, 4096, 1)["sheath.friction"]
     own = draw_numbers(uncertain, 4096, 1)["sheath.friction"]
     assert not np.isin(fresh, own).any()
     # Sobol points are spread evenly, and their mean is known far better than that of others.
     error = own.std() / 64
     errors = [
-        draw_fresh_numbers(uncertain, 64, seed)["sheath.friction"].mean() - own.mean()
+        fresh_numbers(uncertain, 64, seed)["sheath.friction"].mean() - own.mean()
         for seed in range(200)
     ]
     assert np.std(errors) == pytest.approx(own.std() / 8, rel=0.2)

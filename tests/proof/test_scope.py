@@ -57,7 +57,7 @@ def check_scopes(seed, count):
         assert stated == (min(listed), max(listed))
         dense = {**content, "load": {"mass": np.linspace(*stated, 31).tolist()}}
         question = question_of(tendon.study(dense))
-        ends = Solver(question).ends_over_all_angles(question.all_points())
+        ends = Solver(question).windows(question.all_points())
         assert ends.low.max() <= certificate.solution.pretension_from.item() + certificate.margin
         assert ends.high.min() >= certificate.solution.pretension_to.item() - certificate.margin
     return proved

@@ -288,7 +288,7 @@ CONTRAST = """() => {
   const behind = (element) => {
     for (let parent = element; parent; parent = parent.parentElement) {
       const colour = getComputedStyle(parent).backgroundColor;
-      if (!/, 0\\)$/.test(colour)) {
+      if (!/^rgba.*, 0\\)$/.test(colour)) {
         return colour;
       }
     }

@@ -16,7 +16,7 @@ S1,1,3 kN/m,=1+2,130,5,x
 S4,1,4,0.5,130,5,<script>alert(1)</script>
 """
 OF_BAD = [
-    ("line 3, name", "an empty name"),
+    ("line 3, name", "missing or empty"),
     ("line 4, name", '"S1" is the name of two rows', "line 2"),
     ("line 1", "spring.stifness", 'did you mean "spring.stiffness (kN/m)"'),
     ("line 2, spring.stiffness", "-3 kN/m is impossible"),
@@ -116,7 +116,7 @@ def test_the_command_line_is_a_place_too(folder):
         ({"name": "a", "rows": [{"name": "A", "arm.upper_arm_angle": 3}]}, "degrees or radians"),
         ({"name": "a", "rows": {"name": ["A"], "spool.ratio": [1, 2]}}, "same number in all"),
         ({"name": "a", "rows": [{"name": "A", "spring.at": "knee"}]}, '"joint" or "motor"'),
-        ({"name": "a", "rows": [{"name": "A", "spool.ratio": [1, 2]}]}, "is not a number"),
+        ({"name": "a", "rows": [{"name": "A", "spool.ratio": [1, 2]}]}, "expected one value"),
         ({"name": "a", "rows": {"name": ["A", "B"], "spool.ratio": [1, True]}}, "truth value"),
         ({"name": "a", "rows": [{"name": "A", "spool.ratio": "0.5 to 0.7"}]}, "exact numbers"),
         ({"name": "a", "rows": {"name": ["A"], "part no": ["1"], "part-no": ["2"]}}, "given twice"),

@@ -101,8 +101,8 @@ def test_keys_without_a_value_come_with_every_other_fault(tmp_path):
     assert [(fault.key, fault.line) for fault in caught.value.faults] == [
         ("arm.a1", 1),
         ("arm.b1", 1),
+        ("cases", 2),
         ("cases.0.arm.b2", 5),
-        ("cases.1", 6),
         ("load", 7),
         ("sheath.path", 8),
     ]

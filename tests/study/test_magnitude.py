@@ -161,7 +161,7 @@ def test_every_slip_of_a_study_is_told_at_once_beside_its_other_faults(tmp_path)
         (5, "load.mass"),
         (8, "cases.0.arm.a1"),
     ]
-    assert 'case "tall"' in faults[-1].problem
+    assert '"40 m"' in faults[-1].problem
     assert "allow_implausible = true" in raised.value.hint
 
 

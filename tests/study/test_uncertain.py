@@ -101,7 +101,7 @@ def test_a_fitted_friction_brings_its_standard_error_but_to_a_case(tmp_path):
     path.write_text("[[cases]]\nname = 'a'\nsheath.friction_from = 'f.toml'\n")
     study = load_study(path)
     assert study.uncertain == {}
-    assert study.cases[0].sheath.friction.single == 0.073
+    assert study.cases.numbers["sheath.friction"].tolist() == [0.073]
 
 
 def test_a_fitted_product_with_the_bend_is_taken_with_the_bend_beside_it(tmp_path):

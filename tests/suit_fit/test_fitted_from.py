@@ -10,7 +10,7 @@ from tendon_cli.errors import StudyError
 from tendon_cli.fits.suit.fragment import suit_fragment
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.spaces import space_of
-from tendon_cli.studies.values import draw_fresh_numbers, draw_numbers
+from tendon_cli.studies.values import draw_numbers
 
 DESIGN = """\
 fitted_from = "fit.toml"
@@ -48,10 +48,10 @@ def covariance_of(draws, keys):
     return np.cov([draws[key] for key in keys])
 
 
-@pytest.mark.parametrize("draw", [draw_numbers, draw_fresh_numbers])
-def test_draws_have_the_covariance_of_the_fit(fit, study, draw):
+@pytest.mark.parametrize("sampler", ["sobol", "random", "even"])
+def test_draws_have_the_covariance_of_the_fit(fit, study, sampler):
     keys = ["sheath.friction", "tendon.pretension", "anchor.stiffness", "spring.stiffness"]
-    draws = draw(study.uncertain, 8192, 1, study.correlation)
+    draws = draw_numbers(study.uncertain, 8192, 1, study.correlation, sampler=sampler)
     drawn = np.corrcoef([draws[key] for key in keys])
     places = [fit.estimate.model.places[key] for key in keys]
     wanted = fit.estimate.covariance[np.ix_(places, places)]

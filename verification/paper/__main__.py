@@ -13,7 +13,10 @@ def main(arguments: list[str]) -> int:
     """Write the paper's page and figures, and return the exit code: 4 if a finding fails."""
     out = Path(*arguments or ("results", "paper"))
     try:
-        with stopped_by_signals(str(out)) as stop, progress("paper", quiet=False) as show:
+        with (
+            stopped_by_signals(str(out), "make paper") as stop,
+            progress("paper", quiet=False) as show,
+        ):
             done = reproduce(out, progress=show.parts, stop=stop)
     except TendonError as error:
         print_error(error, as_json=False)

@@ -11,7 +11,13 @@ from dataclasses import replace
 import numpy as np
 
 from tendon_cli.quantities import SIDES
-from verification.paper.runs import PLACES, Paper, is_falling, relative_difference, share_of_people
+from verification.paper.runs import (
+    PLACES,
+    Paper,
+    is_falling,
+    relative_difference,
+    shares_of_people,
+)
 from verification.paper.statements import Check, Evidence, content
 
 _FIRST_ANGLES = 30.0
@@ -259,19 +265,27 @@ def _deviation_at_the_turn(paper: Paper) -> Evidence:
 
 
 def _universal(paper: Paper) -> Evidence:
-    """Judge C7: a series spring suits all loads, here also people with these loads."""
+    """Judge C7: a series spring suits all loads, with a pretension for each or one for all."""
     run = paper["fig06-windows"]
     remedies = ((3e3, 1.0), (1e3, 1.0), (3e3, 0.7))  # stiffness of the springs, N/m, and ratio
     windows = [run.windows(spring_stiffness=k, spool_ratio=eta) for k, eta in remedies]
     common = [(low.max(), high.min()) for low, high in windows]
     shares = [
-        100.0 * share_of_people(_PEOPLE, k, eta, run.loads) for k, eta in (*remedies, (8e3, 0.5))
+        100.0 * shares_of_people(_PEOPLE, k, eta, run.loads)[0]
+        for k, eta in (*remedies, (8e3, 0.5))
     ]
-    holds = [
+    shares_by_load = [
+        100.0 * shares_of_people(_PEOPLE, *remedies[0], load)[1] for load in run.loads
+    ]
+    low, high = windows[0]
+    set_for_each = (low <= high).tolist()
+    one_for_all = [
         low <= high or share >= _MOST_PEOPLE
         for (low, high), share in zip(common, shares[:-1], strict=True)
     ]
-    return holds, run.loads, *windows[0], *np.ravel(common), float(_PEOPLE), *shares
+    holds = [*set_for_each, *one_for_all]
+    people = float(_PEOPLE)
+    return holds, run.loads, low, high, people, shares_by_load, *np.ravel(common), *shares
 
 
 def _more_pretension(paper: Paper) -> Evidence:

@@ -50,7 +50,7 @@ class Reproduction:
     """The paper reproduced: its statements judged, and the files that were written."""
 
     entries: tuple[Entry, ...]
-    """Findings, claims and slips."""
+    """Findings, claims, slips and gaps."""
     failing: Mapping[float, Sequence[str]]
     """Findings that fail, by the rising distance from the elbow at which the load is held, m."""
     out: Path
@@ -80,7 +80,7 @@ class Reproduction:
         return near, far
 
     def entries_of(self, kind: str) -> list[Entry]:
-        """Select the entries of one kind: findings, claims or slips."""
+        """Select the entries of one kind."""
         return [entry for entry in self.entries if entry.kind == kind]
 
     def data(self) -> list[dict[str, Any]]:
@@ -96,6 +96,7 @@ class Reproduction:
         findings = self.entries_of("finding")
         claims = self.entries_of("claim")
         slips = self.entries_of("slip")
+        gaps = self.entries_of("gap")
         verdicts = [entry.verdict for entry in claims]
         count = ", ".join(
             f"{verdicts.count(verdict)} {verdict}" for verdict in (TRUE, IN_PART, FALSE)
@@ -104,7 +105,7 @@ class Reproduction:
         return [
             f"{_number_that_hold(findings)} findings of the paper hold.",
             f"Its {len(claims)} claims: {count}; {recorded} as on record.",
-            f"{_number_that_hold(slips)} misprints of the paper are shown.",
+            f"{_number_that_hold(slips)} slips of print are shown, {_number_that_hold(gaps)} gaps.",
             self._places(),
         ]
 
@@ -144,6 +145,7 @@ class Reproduction:
             findings=_table(self.entries_of("finding"), "finding"),
             claims=_table(self.entries_of("claim"), "claim"),
             slips=_table(self.entries_of("slip"), "slip"),
+            gaps=_table(self.entries_of("gap"), "gap"),
         )
 
     def text(self) -> str:

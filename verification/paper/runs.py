@@ -139,8 +139,16 @@ class PaperTables:
         Returns:
             An angle in deg for each design; NaN if there is no such angle.
         """
+        return self.crossings_of(self.gain(**fixed)[:, 0])
+
+    def crossings_of(self, gains: Array) -> list[float]:
+        """Return the last angle at which each gain comes to be positive, deg, or NaN.
+
+        Args:
+            gains: τ_a − τ_m in flexion, shape (designs, rising elbow angles), N m.
+        """
         angles = []
-        for gain in self.gain(**fixed)[:, 0]:
+        for gain in gains:
             below = np.flatnonzero(gain <= 0.0)
             if len(below) > 0 and below[-1] + 1 < len(gain):
                 step = slice(below[-1], below[-1] + 2)
@@ -219,26 +227,32 @@ def relative_difference(curves: Array) -> Array:
     return np.asarray(100.0 * difference / np.where(peak > 0.0, peak, 1.0))
 
 
-def share_of_people(people: int, stiffness: float, ratio: float, loads: Array) -> float:
-    """Return the share of people whom one pretension serves for all loads, every 5°.
+def shares_of_people(
+    people: int, stiffness: float, ratio: float, loads: npt.ArrayLike
+) -> tuple[float, float]:
+    """Return the shares of people whom one pretension serves, and each a pretension of their own.
 
     Args:
         people: Number of men and women drawn from the survey.
         stiffness: Stiffness of the springs, N/m.
         ratio: Ratio of the spool.
-        loads: Masses of the load, kg.
+        loads: Masses of the load, all of which a pretension must hold every 5°, kg.
     """
     content = {
         "people": {"count": people},
         "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 19}},
         "spring": {"stiffness": stiffness},
         "spool": {"ratio": ratio},
-        "load": {"mass": list(loads)},
+        "load": {"mass": np.atleast_1d(loads).tolist()},
+        "uncertainty": {"usual": False},  # the paper's suit is exact
     }
-    all_loads = question_of(study_from(content))
-    ends = Solver(all_loads).ends(all_loads.all_points())
-    groups = all_loads.groups
-    return float(groups.coverage(*groups.windows(ends.low, ends.high)).served[0])
+    question = question_of(study_from(content))
+    ends = Solver(question).ends(question.all_points())
+    groups = question.groups
+    low, high = groups.windows(ends.low, ends.high)
+    by_one = groups.coverage(low, high).served
+    by_their_own = groups.share(low <= high)
+    return float(by_one[0]), float(by_their_own[0])
 
 
 def is_falling(values: npt.ArrayLike) -> bool:

@@ -1,4 +1,4 @@
-"""Slips (misprints) of the paper: each is run as printed, and compared with the reading used.
+"""Slips of print and gaps of the paper: each is run as printed, beside the reading used.
 
 No result uses an equation of this module: `tendon_cli.model` has the reading used, and
 docs/physics.md compares the two.
@@ -47,7 +47,10 @@ def _eq_12(paper: Paper) -> Evidence:
 
 
 def _eq_11(paper: Paper) -> Evidence:
-    """Judge S2: with Eq. 11 first, tensions without load would be against Fig. 7."""
+    """Judge S2: Eq. 11 first explains Fig. 6, but tensions without load are against Fig. 7."""
+    torques = paper["fig06"]
+    by_eq_11 = crossings_by_eq_11(torques)
+    used_crossings = torques.crossings()
     run = paper["fig07"]
     printed = np.array(eq_11_first(*run.inputs()))  # (sides, designs, directions, angles), N
     flexor, extensor = printed[:, run.is_selected(load_mass=0.0)][:, 0]  # (directions, angles), N
@@ -56,7 +59,13 @@ def _eq_11(paper: Paper) -> Evidence:
     used = run.line("flexor_tension_distal", load_mass=0.0)
     rises = flexor[0, 1] > flexor[0, 0] and extensor[0, 1] < extensor[0, 0]
     return (
-        [rises and difference > _VISIBLE and used[1] < used[0]],
+        [
+            rises and difference > _VISIBLE and used[1] < used[0],
+            max(by_eq_11) < min(used_crossings),
+        ],
+        by_eq_11,
+        used_crossings,
+        torques.loads,
         flexor[0, :2],
         extensor[0, :2],
         difference,
@@ -139,6 +148,24 @@ def eq_12_as_printed(design: Design, elbow_angle: Array, flexion: Flags) -> Tens
     return balance.flexor, balance.extensor
 
 
+def motor_torque_by_eq_11(state: State) -> Array:
+    """Return τ_m of Eq. 11 as printed, from the elbow's torque and the flexor alone, N m.
+
+    Args:
+        state: States of designs.
+    """
+    coupling = state.coupling
+    arm = coupling.moment_arm * state.flexor.capstan
+    return np.asarray(coupling.elbow_torque * state.design.flexor_radius / arm)
+
+
+def crossings_by_eq_11(run: PaperTables) -> list[float]:
+    """Return the angles of flexion up to which τ_m of Eq. 11 exceeds τ_a, by design, deg."""
+    state = State.of(*run.inputs())
+    gain = np.asarray(state.coupling.elbow_torque - motor_torque_by_eq_11(state))
+    return run.crossings_of(gain[:, 0])
+
+
 def eq_11_first(design: Design, elbow_angle: Array, flexion: Flags) -> Tensions:
     """Solve Eqs. 17 to 20 with the motor torque of Eq. 11.
 
@@ -155,7 +182,7 @@ def eq_11_first(design: Design, elbow_angle: Array, flexion: Flags) -> Tensions:
     flexor = at.flexor
     extensor = at.extensor
     coupling = at.coupling
-    pull = coupling.elbow_torque / (coupling.moment_arm * flexor.capstan)
+    pull = motor_torque_by_eq_11(at) / design.flexor_radius
     xi_t = coupling.flexor_compliance * flexor.capstan
     xi_r = coupling.extensor_compliance * extensor.capstan
     pretensioned = (
@@ -204,4 +231,4 @@ SLIPS: dict[str, Check] = {
     "S6": _a_9,
     "S7": _wrap_angle,
 }
-"""Checks of the slips."""
+"""Checks of the slips and gaps."""

@@ -21,6 +21,8 @@ _ROUNDING = 1e-9
 TRUE = "true"
 FALSE = "false"
 IN_PART = "true in part"
+KINDS = ("finding", "claim", "slip", "gap")
+"""Kinds of statements, in the order of the page."""
 
 Evidence = tuple[Any, ...]
 """Truth of each part of a statement, then numbers or lists of numbers in the order of its text."""
@@ -30,10 +32,12 @@ Check = Callable[[Paper], Evidence]
 
 @dataclass(frozen=True)
 class Entry:
-    """Finding, claim or slip (misprint) of the paper, with its verdict and its numbers."""
+    """Statement of the paper, or place where its letter fails, with its verdict and its numbers."""
 
     id: str
-    """Letter of its kind and a number, such as F4."""
+    """A letter and a number, such as F4."""
+    kind: str
+    """Kind of statement: finding, claim, slip (of print) or gap."""
     finding: str
     """The statement."""
     verdict: str
@@ -46,11 +50,6 @@ class Entry:
     """The same numbers to six digits, in the same order."""
     figure: str | None
     """Name of the file that shows it."""
-
-    @property
-    def kind(self) -> str:
-        """Kind of statement: finding, claim or slip."""
-        return {"C": "claim", "S": "slip"}.get(self.id[0], "finding")
 
     @property
     def holds(self) -> bool:
@@ -78,15 +77,17 @@ def judge_all(checks: Mapping[str, Check], paper: Paper) -> tuple[Entry, ...]:
     """
     entries = []
     written = content()
-    for statement in (*written["finding"], *written["claim"], *written["slip"]):
-        id_ = statement["id"]
-        parts, *values = checks[id_](paper)
-        verdict, value, numbers = judge(
-            parts, statement["value"], *values, wrap=paper.fit.bend.text
-        )
-        recorded = statement.get("recorded", TRUE)
-        figure = statement.get("figure")
-        entries.append(Entry(id_, statement["text"], verdict, recorded, value, numbers, figure))
+    for kind in KINDS:
+        for statement in written[kind]:
+            id_ = statement["id"]
+            text = statement["text"]
+            parts, *values = checks[id_](paper)
+            verdict, value, numbers = judge(
+                parts, statement["value"], *values, wrap=paper.fit.bend.text
+            )
+            recorded = statement.get("recorded", TRUE)
+            figure = statement.get("figure")
+            entries.append(Entry(id_, kind, text, verdict, recorded, value, numbers, figure))
     return tuple(entries)
 
 

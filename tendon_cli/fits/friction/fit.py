@@ -96,13 +96,13 @@ def fit_friction(
     if motor not in {None, "1", "2"}:
         raise UsageError(f'"{motor}" is not a load cell', where="--motor", hint='"1" or "2"')
     bend = bend_angle_of(bend_angle, None if route is None else path_of(route), path_smoothing)
-    sources: list[Any] = list(path) if isinstance(path, list | tuple) else [path]
+    given: list[Any] = list(path) if isinstance(path, list | tuple) else [path]
+    sources = [path_of(one) if isinstance(one, str | PathLike) else one for one in given]
     check_logs(sources)
     parts = []
     for source in sources:
-        file = path_of(source) if isinstance(source, str | PathLike) else source
         read = read_readings(
-            file, cell_1=cell_1, cell_2=cell_2, direction=direction, position=position
+            source, cell_1=cell_1, cell_2=cell_2, direction=direction, position=position
         )
         parts.append(read)
     readings = concatenate(parts)

@@ -46,8 +46,8 @@ async function drawWindows() {
     }
   }
   const common = { type: "scatter", mode: modeAlong(axis), x, customdata: boundBy };
-  const between = axis.names ? barsBetween(low, high) : {};
-  const band = axis.names ? {} : { fill: "tonexty", fillcolor: colour("band") };
+  const between = isListed(axis) ? barsBetween(low, high) : {};
+  const band = isListed(axis) ? {} : { fill: "tonexty", fillcolor: colour("band") };
   const traces = [
     {
       ...common,
@@ -118,7 +118,7 @@ async function drawFront() {
     },
     {
       ...trace(frontRows),
-      mode: page.axes.some((axis) => axis.names) ? "markers" : "lines+markers",
+      mode: page.axes.some(isListed) ? "markers" : "lines+markers",
       name: "on the front",
       line: { color: colour("flexor"), dash: "dot" },
       marker: { symbol: "diamond", size: 10, color: colour("flexor") },
@@ -198,7 +198,8 @@ async function drawPeople() {
     trace(rowsServed, "served", { color: colour("flexor"), size: 5, opacity: 0.6 }),
     trace(rowsLeftOut, "not served", { color: colour("extensor"), size: 8, symbol: "x" }),
   ];
-  await drawFigure("people", drawPeople, traces, title, titleOf(x), titleOf(y));
+  byId("people-says").textContent = title;
+  await drawFigure("people", drawPeople, traces, "Persons", titleOf(x), titleOf(y));
   const tableRow = (row) => [
     formatNumber(xs[row]),
     formatNumber(ys[row]),
@@ -209,8 +210,6 @@ async function drawPeople() {
 
 // --- The window over the motion ---
 
-const KINDS = ["flexor", "extensor", "motor", "joint", "mark"]; // colours of the limits
-
 // Draws the pretension that each limit allows at each angle or time, for the choice named first;
 // its window is the pretension that all limits allow at all of them.
 async function drawBetween() {
@@ -218,14 +217,14 @@ async function drawBetween() {
   const isInTime = atEnd !== null;
   const unit = isInTime ? " s" : "°";
   byId("between-says").textContent = says;
-  const traces = lines.map(({ label, end, values }, number) => ({
+  const traces = lines.map(({ label, end, values, colour: name }) => ({
     type: "scatter",
     mode: "lines",
     x: along,
     y: values,
     name: label,
     line: {
-      color: colour(KINDS[number % KINDS.length]),
+      color: colour(name),
       dash: end === "from" ? "solid" : "dash",
     },
     hovertemplate: `%{x:.4g}${unit}: ${end} %{y:.5g} N<extra>${label}</extra>`,
@@ -237,7 +236,7 @@ async function drawBetween() {
       x: samples.x,
       y: samples.y,
       name: "angle of the study",
-      marker: { color: colour("text"), size: 5 },
+      marker: { color: colour("text"), size: 5, maxdisplayed: 30 },
       hovertemplate: "%{x:.4g}°: %{y:.5g} N<extra></extra>",
     });
   }

@@ -113,9 +113,14 @@ function ticksOf(axis) {
   return axis.names || axis.values;
 }
 
-// Returns how points along an axis are drawn: there is nothing between two names to join.
+// Returns true if there is nothing between two values of an axis: names, and listed numbers.
+function isListed(axis) {
+  return axis.is_list;
+}
+
+// Returns how points along an axis are drawn: only those of a range are joined.
 function modeAlong(axis) {
-  return axis.names ? "markers" : "lines+markers";
+  return isListed(axis) ? "markers" : "lines+markers";
 }
 
 function lengthOf(axis) {
@@ -175,7 +180,8 @@ function layout(more) {
     font: { color: colour("text"), family: "inherit", size: 13 },
     margin: { l: 64, r: 16, t: 34, b: 52 },
     hoverlabel: { bgcolor: colour("panel"), font: { color: colour("text") } },
-    legend: { orientation: "h", y: isNarrow() ? -0.4 : -0.25, yanchor: "top" },
+    // Below the title of the axis, however long the names of its ticks are.
+    legend: { orientation: "h", yref: "container", y: 0, yanchor: "bottom" },
     ...more,
     xaxis: { ...axis, ...(more.xaxis || {}) },
     yaxis: { ...axis, ...(more.yaxis || {}) },

@@ -129,7 +129,7 @@ function heatTrace() {
   }
   const bar = { title: { text: quantity.unit } };
   if (isNarrow()) {
-    Object.assign(bar, { orientation: "h", y: -0.28, yanchor: "top", thickness: 12 });
+    Object.assign(bar, { orientation: "h", y: 1.02, yanchor: "bottom", thickness: 12 });
   }
   const hasNone = quantity.low === null;
   const isSigned = quantity.name === "margin" && quantity.low < 0;
@@ -179,6 +179,7 @@ function signTraces() {
   const x = [];
   const y = [];
   const text = [];
+  const inks = [];
   for (const j of spread(rowsOfMap(), 9)) {
     for (const i of spread(lengthOf(axisAcross()), isNarrow() ? 7 : 14)) {
       const kind = mapped.z[j][i];
@@ -186,6 +187,7 @@ function signTraces() {
         x.push(ticksOf(axisAcross())[i]);
         y.push(ticksOf(axisUp())[j]);
         text.push(quantity.classes[kind].sign);
+        inks.push(inkOn(quantity.classes[kind].colour));
       }
     }
   }
@@ -196,7 +198,7 @@ function signTraces() {
       x,
       y,
       text,
-      textfont: { color: "#ffffff", size: 12, shadow: "auto" },
+      textfont: { color: inks, size: 12 },
       hoverinfo: "skip",
       showlegend: false,
     },
@@ -269,20 +271,48 @@ function cursorShape() {
   };
 }
 
-// Returns an axis in the form that Plotly takes.
+const LONGEST_NAME = 32; // signs of the name of a tick
+const LONGEST_ON_PHONE = 11;
+const MOST_NAMES = 40; // names that are all written
+
+// Returns a name as a tick has it: on a phone without what is in brackets, and cut in its middle.
+function tickName(name) {
+  const most = isNarrow() ? LONGEST_ON_PHONE : LONGEST_NAME;
+  const text = isNarrow() ? name.replace(/ \(.*\)$/, "") : name;
+  const half = Math.floor(most / 2);
+  return text.length > most ? `${text.slice(0, half)}…${text.slice(-half)}` : text;
+}
+
+// Returns an axis in the form that Plotly takes; listed values stand in cells of one size.
 function plotlyAxis(axis) {
-  let type = "linear";
+  const title = { text: titleOf(axis) };
   if (axis.names) {
-    type = "category";
-  } else if (axis.is_log) {
-    type = "log";
+    const isFew = axis.names.length <= MOST_NAMES;
+    const ticks = { tickvals: axis.names, ticktext: axis.names.map(tickName) };
+    return { title, type: "category", ...(isFew ? ticks : {}) };
   }
-  return { title: { text: titleOf(axis) }, type };
+  if (isListed(axis)) {
+    const ascending = [...axis.values].sort((first, second) => first - second);
+    return { title, type: "category", categoryorder: "array", categoryarray: ascending };
+  }
+  return { title, type: axis.is_log ? "log" : "linear" };
+}
+
+// Returns black or white, whichever stands out from a colour such as "#d55e00" (WCAG 2).
+function inkOn(shade) {
+  const linear = (at) => {
+    const share = parseInt(shade.slice(at, at + 2), 16) / 255;
+    return share <= 0.04045 ? share / 12.92 : ((share + 0.055) / 1.055) ** 2.4;
+  };
+  const luminance = 0.2126 * linear(1) + 0.7152 * linear(3) + 0.0722 * linear(5);
+  return luminance > 0.18 ? "#000000" : "#ffffff";
 }
 
 // Makes an item of the key: a colour with a sign, and what it stands for.
 function makeKeyItem({ colour: shade, sign, label }) {
-  const swatch = make("span", { class: "swatch", style: `background: ${shade}` }, sign);
+  const ink = shade.startsWith("#") ? inkOn(shade) : "inherit";
+  const style = `background: ${shade}; color: ${ink}`;
+  const swatch = make("span", { class: "swatch", style }, sign);
   return make("span", {}, swatch, ` ${label} `);
 }
 
@@ -327,7 +357,9 @@ async function drawMap() {
   }
   const more = {};
   if (isNarrow() && !quantityOnMap().classes) {
-    more.margin = { l: 56, r: 8, t: 34, b: 96 };
+    // The colour bar stands where the title would, which the list above the map says.
+    more.margin = { l: 56, r: 8, t: 52, b: 52 };
+    more.title = { text: "" };
   }
   drawKey();
   await drawFigure("map", drawMap, traces, title, x, y, more);

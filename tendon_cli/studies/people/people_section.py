@@ -52,7 +52,7 @@ class People(Part):
     @cached_property
     def population(self) -> "Population":
         """The persons. Raises InputError if their file cannot be used."""
-        return self.read("people")
+        return self.bodies()
 
     @cached_property
     def survey(self) -> "Survey":
@@ -79,31 +79,22 @@ class People(Part):
             return self.count
         return len(self.population) if isinstance(self.file, FileContent) else 0
 
-    def read(self, where: str, *, accepts_slips: bool = True) -> "Population":
-        """Return the persons.
-
-        Args:
-            where: Name of their file in errors.
-            accepts_slips: As `read_persons` takes it.
-        """
-        return self._bodies(BODIES, OF_THE_STUDY, where, accepts_slips=accepts_slips)
-
     def fresh(self, count: int, stream: Stream = OF_FRESH_BODIES) -> "Population":
         """Return a fresh sample of about so many bodies, none of which is among the study's own.
 
         Persons of a survey are drawn anew. Those of a file are the same: for each of them, what
         was not measured is drawn anew.
         """
-        return self._bodies(count, stream)
+        return self.bodies(count, stream)
 
     @property
     def nominal(self) -> "Population":
         """The persons, each once, with the expected value of what was not measured."""
-        return self._bodies(0)
+        return self.bodies(0)
 
-    def _bodies(
+    def bodies(
         self,
-        count: int,
+        count: int = BODIES,
         stream: Stream = OF_THE_STUDY,
         where: str = "people",
         *,

@@ -88,12 +88,14 @@ WORDS = (
 )
 
 CASES = (
-    toml("a case without a name", "[[cases]]\narm.b1 = 0.1\n", "cases.0.name", "missing", line=1),
+    toml(
+        "a case without a name", "[[cases]]\narm.b1 = 0.1\n", "cases.0.name", "missing", line=1
+    ),
     toml(
         "a case named twice",
         "[[cases]]\nname = 'a'\n[[cases]]\nname = 'a'\n",
         "cases.1.name",
-        "two cases",
+        "two rows",
         line=4,
     ),
     toml(
@@ -120,7 +122,7 @@ CASES = (
         "a case with a reading",
         "[[cases]]\nname = 'a'\nsetting.read = 'x'\n",
         "setting.read",
-        "same for all cases",
+        "same for all rows",
     ),
     toml(
         "a case with a motion",
@@ -162,7 +164,11 @@ CASES = (
     ),
     toml("one table of cases", "[cases]\nname = 'a'\n", "cases", "[[cases]]"),
     yaml(
-        "a case without a name", "cases:\n  - arm: {b1: 0.1}\n", "cases.0.name", "missing", line=2
+        "a case without a name",
+        "cases:\n  - arm: {b1: 0.1}\n",
+        "cases.0.name",
+        "missing",
+        line=2,
     ),
 )
 
