@@ -30,6 +30,8 @@ USUAL_DELAY = 0.01
 """Standard uncertainty of the delay of one cell against the other, s, that is assumed where none is
 stated and the readings cannot show it: amplifiers are set to low-passes of 5 to 50 Hz, which are 30
 to 3 ms late."""
+_SLIGHT = 1e-4
+"""Share of μ up to which a delay is not spoken of: the force is constant."""
 _BARE = 0.2
 """Share of the usual force below which both cells are without load while the motor rests."""
 SCATTER = "scatter of the strokes"
@@ -230,7 +232,8 @@ def uncertainty_of(
         slope = math.sqrt(float(average.weights @ squares))
         add(name, "B", zero_errors[cell], unit, math.copysign(slope, average.best.zero[cell]))
     slope = math.sqrt(float(average.weights @ [model.late**2 for model in average.models]))
-    add(LATE, "B", late_error, time_unit, math.copysign(slope, average.best.late))
+    if slope * late_error > _SLIGHT * friction:
+        add(LATE, "B", late_error, time_unit, math.copysign(slope, average.best.late))
     gain = 0.0 if points.both_ways else gain_error
     add(GAIN, "B", gain, slope=math.sqrt(2.0) / angle)
     total = math.sqrt(sum(part.contribution**2 for part in parts))

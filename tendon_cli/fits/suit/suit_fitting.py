@@ -171,7 +171,6 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
     _, predicted_from = groups_of(selection.parts)
     notes = [*on_loads, *(note for log in read for note in log.notes)]
     notes += [*selection.notes, *fast_note(estimate), *gear_note(numbers)]
-    notes.append(_rank_note(estimate))
     window, doubts = fitted_window(estimate, numbers)
     return SuitFit(
         estimate=estimate,
@@ -184,14 +183,4 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
         rests_on=rests_of(estimate, numbers),
         warnings=tuple(warnings_of(estimate, selection, numbers)),
         notes=tuple(notes),
-    )
-
-
-def _rank_note(estimate: SuitEstimate) -> str:
-    """Return how many directions of the parameters the logs tell better than their priors."""
-    sizes = np.linalg.svd(estimate.whitened, compute_uv=False)
-    told = int(np.count_nonzero(sizes > 1.0))
-    return (
-        f"the logs tell {told} combinations of the {len(estimate.scores)} uncertain numbers and"
-        " sensor errors better than the study states them"
     )
