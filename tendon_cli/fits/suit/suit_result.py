@@ -117,8 +117,8 @@ class SuitFit(Displayed):
         lines = []
         for key, resting in self.rests_on.items():
             text = (
-                f"{key} is {by_key[key].prior}, which the logs do not tell; if it is further off, so"
-                f" may be {say.join_words(resting)}: {advice_on(key)}"
+                f"{key} is {by_key[key].prior}, which the logs do not tell; if it is further"
+                f" off, so may be {say.join_words(resting)}: {advice_on(key)}"
             )
             lines += _line("" if lines else "assumed", text)
         return lines
