@@ -114,7 +114,7 @@ class SuitFit(Displayed):
     def _assumed_lines(self) -> list[str]:
         """Return the numbers as stated on which others rest, and what would tell them."""
         by_key = {number.key: number for number in self.fitted}
-        lines = []
+        lines: list[str] = []
         for key, resting in self.rests_on.items():
             text = (
                 f"{key} is {by_key[key].prior}, which the logs do not tell; if it is further"
