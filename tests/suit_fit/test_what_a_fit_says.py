@@ -1,4 +1,4 @@
-"""Intervals, combinations, notes, text and figure of a fit say the same as its estimate."""
+"""Intervals, notes, text and figure of a fit say the same as its estimate."""
 
 import re
 from dataclasses import replace
