@@ -14,7 +14,7 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answer_record import AssumedRecord, SensitivityRecord
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Spline
 from tendon_cli.space.axis import factor_of, shift_of, split_side
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.usual import USUAL
@@ -53,10 +53,15 @@ def drawn_deviations(
     study = question.study
     nominal = question.choices.at(choice.points.numbers, question.arm)
     columns = {}
+    values = {}
     for key in study.to_draw:
+        number = nominal.number(*split_side(key)).within(nominal.whole)
+        if isinstance(number, Spline):
+            continue  # a curve does not deviate
         of_key = [numbers[name] for name in (key, factor_of(key), shift_of(key)) if name in numbers]
         if of_key and np.ptp(of_key[0]) > 0.0:
             columns[key] = (of_key[0] - of_key[0].mean()) / of_key[0].std()
+            values[key] = float(np.ravel(number)[0])
     moves_from = _coefficients([*columns.values()], low)
     moves_to = _coefficients([*columns.values()], high)
     records = []
@@ -66,12 +71,11 @@ def drawn_deviations(
             law = study.to_draw[key]
             value = law.middle
             deviation = _standard_deviation(law)
-            words = say.quantity(keys()[key].quantity, deviation, 2)
+            words = say.quantity(keys()[split_side(key)[0]].quantity, deviation, 2)
             source = "a fit to logs" if study.fitted_from is not None else "the study"
             kind = law.kind
         else:
-            number = nominal.number(*split_side(key)).within(nominal.whole)
-            value = float(np.ravel(number)[0])
+            value = values[key]
             deviation = usual.of(value)
             words = usual.text(split_side(key)[0])
             source = usual.source

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -31,10 +30,9 @@ from tendon_cli.space.axis import (
     WORDS,
     Axis,
     Numbers,
+    factor_of,
     limit_of,
     of_side,
-    scale_of,
-    split_side,
 )
 from tendon_cli.space.space import Space
 from tendon_cli.studies.answer_draws import drawn_numbers
@@ -43,7 +41,14 @@ from tendon_cli.studies.values import quantile
 from tendon_cli.windows.coverage import normalise
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question, cost_per_design
-from tendon_cli.windows.solutions import ENDS, Binding, End, Solutions, solve_windows
+from tendon_cli.windows.solutions import (
+    ENDS,
+    WINDOWS_AT_ONCE,
+    Binding,
+    End,
+    Solutions,
+    solve_windows,
+)
 from tendon_cli.windows.solver import Solver
 
 _STEP = 1e-30
@@ -52,19 +57,8 @@ _SAME_ANGLE = 1e-9
 """Distance within which two angles are the same, rad."""
 _FACTORS = (0.99, 1.01)
 """Factors by which a number is changed to see if the same limit still binds."""
-_CHANGED_AT_ONCE = 2**19
-"""Windows, choices times conditions, that are solved together."""
 _NEAR = 3
 """Distance up to which states count as the same: the binding angle moves with most numbers."""
-
-
-class ChangedNumber(NamedTuple):
-    """A number of a study that is changed by each of `_FACTORS`."""
-
-    key: str
-    """Dotted key, or that of one side."""
-    value: float
-    """Its value under the condition that sets an end, SI."""
 
 
 Slope = Callable[[Design, Bounds], Array]
@@ -80,24 +74,21 @@ def sensitivities(solver: Solver, choice: Solutions) -> list[SensitivityRecord]:
     records if the limit that sets it is not on states, if it has no slope, or if it is infinite.
     """
     numbers = {end: _numbers_at(solver.question, choice, end) for end in ENDS}
-    changes = {
-        end: [ChangedNumber(key, value) for key, value in of_end.items()]
-        for end, of_end in numbers.items()
-    }
     if solver.question.conditions.groups is None:
-        every = [change for of_end in changes.values() for change in of_end]
+        every = list(dict.fromkeys(key for of_end in numbers.values() for key in of_end))
         changed = dict.fromkeys(ENDS, _changed_bindings(solver, choice.points, every))
     else:
         changed = {
-            end: _changed_bindings(_solver_of_group(solver, choice, end), choice.points, of_end)
-            for end, of_end in changes.items()
-            if of_end
+            end: _changed_bindings(
+                _solver_of_group(solver, choice, end), choice.points, list(of_end)
+            )
+            for end, of_end in numbers.items()
         }
     records = [
         record
         for end in ENDS
         if _has_slopes(choice, end)
-        for record in _of_end(solver.question, choice, end, numbers[end], changed.get(end, {}))
+        for record in _of_end(solver.question, choice, end, numbers[end], changed[end])
     ]
     known = [record for record in records if np.isfinite(record.slope)]
     # Numbers that act alike, such as the length of a tendon and its modulus, keep their order.
@@ -134,7 +125,7 @@ def _of_end(
     choice: Solutions,
     end: End,
     values: dict[str, float],
-    changed: dict[ChangedNumber, dict[End, Binding]],
+    changed: dict[str, dict[End, Binding]],
 ) -> Iterator[SensitivityRecord]:
     """Yield the record of each number that moves one end.
 
@@ -143,7 +134,7 @@ def _of_end(
         choice: The choice.
         end: "from" or "to".
         values: Numbers under the condition that sets the end, by key.
-        changed: Limits that set the ends with one number 1 % off.
+        changed: Limits that set the ends with one number 1 % off, by its key.
     """
     binding = choice.binding(end)
     code = int(binding.by[0])
@@ -181,7 +172,7 @@ def _of_end(
         if not math.isfinite(derivatives[key]):
             stepped = {**alone.condition_numbers, key: np.array([value + _STEP * 1j])}
             derivatives[key] = slope(alone.designs(points, stepped), bounds).item()
-        steady = _is_steady(changed[ChangedNumber(key, value)][end], code, state)
+        steady = _is_steady(changed[key][end], code, state)
         yield record(key, value, derivatives[key], steady=steady)
     if name not in bounds:
         return
@@ -290,106 +281,38 @@ def _is_steady(changed: Binding, code: int, state: int) -> bool:
 
 
 def _changed_bindings(
-    solver: Solver, points: Points, changes: Sequence[ChangedNumber]
-) -> dict[ChangedNumber, dict[End, Binding]]:
+    solver: Solver, points: Points, keys_of_numbers: Sequence[str]
+) -> dict[str, dict[End, Binding]]:
     """Return the limits that set both ends of a choice with one number 1 % off, (factors,) each.
 
-    A number is changed in every condition. Numbers that no condition sets are changed as numbers of
-    choices, others by a factor that the choice sets, and all choices of a kind are solved at once.
-    The same number of both ends is changed once.
+    A number is changed by a factor, whether the choice or a condition sets it. The limits are those
+    at samples.
 
     Args:
         solver: Solver of the question.
         points: The choice.
-        changes: Numbers to change.
-    """
-    given = solver.question.condition_numbers
-    of_choices = []
-    of_conditions = []
-    one_by_one = []
-    for change in dict.fromkeys(changes):
-        if change.key not in given:
-            of_choices.append(change)
-        elif _has_factor(change.key, {*given, *points.numbers}):
-            of_conditions.append(change)
-        else:
-            one_by_one.append(change)
-
-    factors = np.array(_FACTORS)
-    changed: dict[ChangedNumber, dict[End, Binding]] = {}
-    numbers = [(change.key, change.value * factors) for change in of_choices]
-    changed |= zip(of_choices, _bindings_with(solver, points, numbers, np.nan), strict=True)
-    keys_of_factors = [*dict.fromkeys(scale_of(change.key) for change in of_conditions)]
-    numbers = [(key, factors) for key in keys_of_factors]
-    by_factor = _bindings_with(solver, points, numbers, 1.0)
-    of_factors = dict(zip(keys_of_factors, by_factor, strict=True))
-    changed |= {change: of_factors[scale_of(change.key)] for change in of_conditions}
-    for change in one_by_one:
-        changed[change] = _bindings_under_factors(solver, points, change)
-    return changed
-
-
-def _has_factor(key: str, set_numbers: set[str]) -> bool:
-    """Return True if a choice may set a factor of a number that conditions set.
-
-    A number of one side has none, and there may be one already.
-
-    Args:
-        key: Key of the number.
-        set_numbers: Keys of all numbers that choices and conditions set.
-    """
-    _, side = split_side(key)
-    return side is None and scale_of(key) not in set_numbers
-
-
-def _bindings_with(
-    solver: Solver, points: Points, numbers: Sequence[tuple[str, Array]], unchanged: float
-) -> list[dict[End, Binding]]:
-    """Return the limits that set both ends with each of some numbers of the choice, (factors,).
-
-    Args:
-        solver: Solver of the question.
-        points: The choice.
-        numbers: Keys of the numbers, and their values, (factors,).
-        unchanged: Value of a number that the choice does not set while another is changed.
+        keys_of_numbers: Keys of the numbers to change.
     """
     each = len(_FACTORS)
-    count = each * len(numbers)
-    columns = {key: np.full(count, value[0]) for key, value in points.numbers.items()}
-    places = [slice(start, start + each) for start in range(0, count, each)]
-    for place, (key, values) in zip(places, numbers, strict=True):
-        column = columns.setdefault(key, np.full(count, unchanged))
-        column[place] = values
-    if not numbers:
-        return []
-    bindings = _bindings(solver, Points.of(columns, count))
-    return [{end: binding.select(place) for end, binding in bindings.items()} for place in places]
-
-
-def _bindings_under_factors(
-    solver: Solver, points: Points, change: ChangedNumber
-) -> dict[End, Binding]:
-    """Return the limits that set both ends with a number of the conditions changed, (factors,)."""
-    question = solver.question
-    given = question.condition_numbers[change.key]
-    known = np.where(np.isnan(given), change.value, given)
+    count = each * len(keys_of_numbers)
+    factors = {factor_of(key): np.ones(count) for key in keys_of_numbers}
+    places = {key: slice(each * at, each * (at + 1)) for at, key in enumerate(keys_of_numbers)}
+    for key, place in places.items():
+        factors[factor_of(key)][place] = _FACTORS
+    varied = points.select(np.zeros(count, dtype=np.int64)).with_numbers(factors)
     parts = []
-    for factor in _FACTORS:
-        scaled = question.with_numbers({change.key: known * factor})
-        parts.append(_bindings(solver.for_question(scaled), points))
-    return {end: Binding.concatenate([part[end] for part in parts]) for end in ENDS}
-
-
-def _bindings(solver: Solver, points: Points) -> dict[End, Binding]:
-    """Return the limits that set both ends of the windows of choices, from ends at samples."""
-    parts = []
-    at_once = max(1, _CHANGED_AT_ONCE // len(solver.question.conditions))
-    for rows in solver.cut(len(points), at_once):
-        changed = points.select(rows)
-        ends = solver.read(solver.fold(changed), changed)
-        solved, _ = solve_windows(solver, changed, ends)
+    at_once = max(1, WINDOWS_AT_ONCE // len(solver.question.conditions))
+    for rows in solver.cut(count, at_once):
+        some = varied.select(rows)
+        solved, _ = solve_windows(solver, some, solver.read(solver.fold(some), some))
         parts.append(solved)
-    return {end: Binding.concatenate([part.binding(end) for part in parts]) for end in ENDS}
+    if not parts:
+        return {}
+    solved = Solutions.concatenate(parts)
+    return {
+        key: {end: solved.binding(end).select(place) for end in ENDS}
+        for key, place in places.items()
+    }
 
 
 # --- Sobol indices --------------------------------------------------------------------------------

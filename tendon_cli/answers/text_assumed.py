@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from tendon_cli import say
 from tendon_cli.answer_record import AnswerResults, AssumedRecord, ChoiceRecord, QuestionRecord
+from tendon_cli.space.axis import split_side
 from tendon_cli.studies.study import keys
 
 _MOST_NAMED = 3
@@ -181,7 +182,7 @@ def _distance(best: ChoiceRecord | None, end: str) -> float:
 
 def _symbol(key: str) -> str:
     """Return the symbol of a number, with its side if it is one side's."""
-    symbol = keys()[key].quantity.symbol
+    symbol = keys()[split_side(key)[0]].quantity.symbol
     side = say.side_of(key)
     return f"{symbol} of the {side}" if side else symbol
 

@@ -276,7 +276,8 @@ class Cube:
         wanted = rows.ravel()[order]
         read = {}
         for name in names:
-            null, dtype = _null_of(self.table.schema.field(name).type)
+            is_text = pa.types.is_dictionary(self.table.schema.field(name).type)
+            null, dtype = ("", object) if is_text else (np.nan, np.float64)
             read[name] = np.full(rows.size, null, dtype)
         for start, part in self.table.parts(names, wanted):
             low, high = np.searchsorted(wanted, (start, start + part.num_rows))
@@ -291,11 +292,6 @@ class Cube:
             if values.dtype == np.float64 and (np.abs(numbers) > _LARGEST).any():
                 raise foreign(self.table)
         return {name: values.reshape(rows.shape) for name, values in read.items()}
-
-
-def _null_of(kind: pa.DataType) -> tuple[Any, Any]:
-    """Return the value that stands for null in an array of a column, and the array's type."""
-    return ("", object) if pa.types.is_dictionary(kind) else (np.nan, np.float64)
 
 
 def cube_of(

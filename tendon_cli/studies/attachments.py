@@ -148,11 +148,12 @@ class Attachments:
         """
         of_both: StudyNumber | None = None
         for table in ("sheath", *(f"sheath.{side}" for side in SIDES)):
-            files = {f"{table}.{name}": name for name in FILES_OF_SHEATH}
-            stated = {name: row.pop(key) for key, name in files.items() if key in row}
+            of_files = (*FILES_OF_SHEATH.values(), "path_smoothing")
+            files = {name: f"{table}.{name}" for name in of_files}
+            stated = {name: row.pop(key) for name, key in files.items() if key in row}
             if not stated:
                 continue
-            numbers = {name: f"{table}.{name}" for name in ("friction", "bend_angle")}
+            numbers = {name: f"{table}.{name}" for name in FILES_OF_SHEATH}
             stated |= {name: row[key] for name, key in numbers.items() if key in row}
             where = f"{place}.{table}"
             try:

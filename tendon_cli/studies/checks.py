@@ -36,6 +36,7 @@ from tendon_cli.studies.figures import figure_faults
 from tendon_cli.studies.fit_section import BACKLASH
 from tendon_cli.studies.magnitude import slip_faults
 from tendon_cli.studies.measured_motion import short_record, trajectory_fault
+from tendon_cli.studies.parts import FILES_OF_SHEATH
 from tendon_cli.studies.row_table import RowTable
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.toml_reading import KeyPlaces
@@ -64,8 +65,6 @@ WHOSE_ANCHORS = (
     'anchors = "mean man": those of the survey\'s mean man, scaled to each person'
 )
 """The two answers to the question whose the stated anchors are."""
-_FILES_OF_SHEATH = (("friction", "friction_from"), ("bend_angle", "path"))
-"""Numbers of a sheath, each with the key of a file that also gives it."""
 
 
 def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
@@ -83,7 +82,6 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
         *_rest_angle_faults(study, at_fault),
         *_reading_faults(study),
         *_reading_unit_faults(study),
-        *_anchor_faults(study, at_fault),
         *_limit_faults(study, at_fault),
         *curve_faults(study, at_fault),
     ]
@@ -167,7 +165,7 @@ def implausible_faults(study: Study, files: Collection[str] = ()) -> Iterator[Fa
 def _key_of_file(key: str, files: Collection[str]) -> str:
     """Return the key that names the file from which a number was read, if there is one."""
     table, _, name = key.rpartition(".")
-    for number, file in _FILES_OF_SHEATH:
+    for number, file in FILES_OF_SHEATH.items():
         if name == number and f"{table}.{file}" in files:
             return f"{table}.{file}"
     return key
@@ -227,7 +225,7 @@ def sheath_faults(table: str, sheath: Any, at_fault: Collection[str] = ()) -> It
         sheath: The table, of both sides or of one.
         at_fault: Dotted keys that were left out of it.
     """
-    for number, file in _FILES_OF_SHEATH:
+    for number, file in FILES_OF_SHEATH.items():
         if number in sheath.model_fields_set and getattr(sheath, file) is not None:
             problem = f"cannot be given with {file}, which also gives it"
             yield Fault(f"{table}.{number}", problem, _LEAVE_ONE_OUT)
@@ -246,8 +244,11 @@ def _output_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
         yield Fault("output.states", "names columns of a table that is not written", hint)
 
 
-def _anchor_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
-    """Yield faults of anchors that meet a file of persons, unless the study says whose they are."""
+def anchor_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
+    """Yield faults of anchors that meet a file of persons, unless the study says whose they are.
+
+    Those of a fitted suit are among them once its file has been read.
+    """
     key = "arm.anchors"
     if study.people is None or not study.people.is_from_file or key in at_fault:
         return
@@ -265,9 +266,10 @@ def _anchor_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
         problem = f"is needed because this study states {names} and has a file of persons"
         yield Fault(key, problem, WHOSE_ANCHORS)
     elif is_measured and not keys_given:
-        is_known = study.fitted_from is None  # else the fitted suit may state anchors
+        is_known = study.fitted_from is None  # else the file of a fitted suit could not be read
         if is_known and not any(name in at_fault for name in _ANCHOR_KEYS):
-            yield nothing_measured()
+            problem = '"measured" is about stated anchors, but this study states none'
+            yield Fault(key, problem, 'such as b1 = "110 mm" in [arm], or leave it out')
     elif is_measured:
         for place, path in of_rows:
             if path not in stated:
@@ -276,12 +278,6 @@ def _anchor_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
                     problem = '"measured" is about anchors of [arm], which does not state this one'
                 hint = f"give {path} in the study, too: each value here replaces it"
                 yield Fault(place, problem, hint)
-
-
-def nothing_measured() -> Fault:
-    """Return the fault of a study that says how its anchors are known, but states none."""
-    problem = '"measured" is about stated anchors, but this study states none'
-    return Fault("arm.anchors", problem, 'such as b1 = "110 mm" in [arm], or leave it out')
 
 
 def _rest_angle_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
@@ -548,21 +544,18 @@ def set_twice(study: Study, places: KeyPlaces, settings: Collection[str] = ()) -
     setters: dict[str, str] = {}
     for table in study.row_tables:
         whose = "a case" if table.is_of_cases else f'the table "{table.key}"'
+        does = "do the cases" if table.is_of_cases else f"does the table {table.key}"
         for key, place in table.places.items():
+            where = place if table.is_of_cases else table.where
             other = _other_setter(study, table, key, settings)
+            line = places.line_of(key) if key in places.lines else None
             if key in setters:
                 other = f"so {setters[key]}", _LEAVE_ONE_OUT
-            setters[key] = "do the cases" if table.is_of_cases else f"does the table {table.key}"
-            if other is None:
-                continue
-            given, hint = other
-            line = places.line_of(key)
-            where = f" (line {line})" if line is not None and key in places.lines else ""
-            yield Fault(
-                place if table.is_of_cases else table.where,
-                f"{whose} sets {key}, but {given}{where}",
-                hint,
-            )
+            elif other is not None and line is not None:
+                other = f"{other[0]} (line {line})", other[1]
+            setters[key] = f"{does} ({where})"
+            if other is not None:
+                yield Fault(where, f"{whose} sets {key}, but {other[0]}", other[1])
 
 
 def _other_setter(

@@ -210,6 +210,19 @@ def keys() -> dict[str, Key]:
     return known
 
 
+def is_key_of_study(path: str) -> bool:
+    """Return True for a key that says something of the suit or its motion, or for its table."""
+    first, *names = path.split(".")
+    tables: dict[str, type[Part]] = {**DESIGN_PARTS, "motion": Motion}
+    part = tables.get(first)
+    for name in names:
+        field = None if part is None else part.model_fields.get(name)
+        if field is None:
+            return False
+        part = table_type(field)
+    return first in tables
+
+
 def _axis_numbers(part: type[Part], prefix: str) -> Iterator[tuple[str, NumberField]]:
     """Yield the numbers of a type of table that may be axes, with their dotted keys."""
     for name, field in part.model_fields.items():

@@ -92,8 +92,10 @@ class FileField(FieldMark):
             return value
         expected = "the name of a file"
         if self.takes_columns:
-            if isinstance(value, dict) and _are_columns(value):
-                return FileContent.of_columns(value)
+            if isinstance(value, dict):
+                lengths = {len(cells) if isinstance(cells, list) else 0 for cells in value.values()}
+                if len(lengths) == 1 and 0 not in lengths:
+                    return FileContent.of_columns(value)
             expected += ", or columns of one length"
         raise fault(f"{described(value)} is not possible, expected {expected}")
 
@@ -101,9 +103,3 @@ class FileField(FieldMark):
         self, core: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
         return {"description": self.description, "type": "string", "minLength": 1}
-
-
-def _are_columns(table: dict[Any, Any]) -> bool:
-    """Return True for lists of one length by their headers, none of them empty."""
-    lengths = {len(cells) if isinstance(cells, list) else 0 for cells in table.values()}
-    return len(lengths) == 1 and 0 not in lengths

@@ -132,7 +132,9 @@ class Filter:
             problem = f'"{shorten(self.text)}": {error.problem}'
             hint = error.hint
             if BARE_NUMBER.fullmatch(text):
-                hint = hint_to_write(_in_units(text, quantity))
+                is_angle = quantity.dimension in ("angle", "angular speed")
+                units = usual_units(quantity.dimension) if is_angle else (quantity.shown_in,)
+                hint = hint_to_write([f"{text} {symbol}" for symbol in units])
             if not hint or "quotes" in hint:  # a filter's values have no quotes
                 example = EXAMPLES.get(quantity.dimension, quantity.unit)
                 hint = f"such as {example}".replace('"', "")
@@ -203,14 +205,6 @@ def read_filter(text: str) -> Filter:
         hint = 'such as "load_mass = 5 kg", "elbow_angle <= 60 deg" or "load_mass in 3 kg, 5 kg"'
         raise UsageError(f'"{shorten(text)}" is not a filter', where="--where", hint=hint)
     return Filter(text.strip(), match[1], relation, tuple(values))
-
-
-def _in_units(number: str, quantity: Quantity) -> list[str]:
-    """Return a bare number in the unit in which a quantity is shown, an angle in either of its."""
-    symbols: tuple[str, ...] = (quantity.shown_in,)
-    if quantity.dimension in ("angle", "angular speed"):
-        symbols = usual_units(quantity.dimension)
-    return [f"{number} {symbol}" for symbol in symbols]
 
 
 def _unquoted(word: str) -> str:

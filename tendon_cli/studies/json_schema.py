@@ -152,7 +152,6 @@ def _problem_and_hint(detail: Any, path: list[str], *, has_tables: bool) -> tupl
         problem = f"{given} is not a list, expected a list of tables"
         return problem, f"in TOML, each of them starts with [[{path[-1]}]]"
     problems = {
-        "missing": f"is missing, each entry of {path[0] if path else 'the study'} needs it",
         "string_pattern_mismatch": f"{given} is not a name, expected letters, digits, . _ -",
         "string_too_short": "an empty text, expected at least 1 character",
         "string_type": f"{given} is not text, expected text in quotes",

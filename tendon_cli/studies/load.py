@@ -17,6 +17,7 @@ from tendon_cli.files import path_of
 from tendon_cli.space.axis import PRETENSION, SPRING_AT, split_side
 from tendon_cli.studies.attachments import Attachments
 from tendon_cli.studies.checks import (
+    anchor_faults,
     contradictions,
     curve_faults,
     implausible_faults,
@@ -233,13 +234,14 @@ def study_from(
     if study is not None:
         study = files.with_tables(study)
         faults += contradictions(study, {fault.key for fault in (*faults, *files.faults)})
-        typed = [*implausible_faults(study)]
         try:
             study = files.resolve(study)
         except InputError:
-            if not faults and not typed and not files.faults:
+            judged = (*implausible_faults(study), *anchor_faults(study, set()))
+            if not (faults or files.faults or judged):
                 raise
         faults += files.faults
+        faults += anchor_faults(study, {fault.key for fault in faults})
         faults += set_twice(study, places, settings)
         faults += implausible_faults(study, files.sources)
         if not faults:

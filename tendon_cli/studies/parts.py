@@ -166,8 +166,8 @@ class SheathSide(Part):
     path_smoothing: Annotated[StudyNumber | None, SingleField("path_smoothing", 0.0, 1.0)] = None
 
 
-FILES_OF_SHEATH = ("path", "path_smoothing", "friction_from")
-"""Keys of a sheath that name a file, or say how it is read."""
+FILES_OF_SHEATH = {"friction": "friction_from", "bend_angle": "path"}
+"""Keys of a sheath that name files, by the number that each gives."""
 
 
 class Sheath(SheathSide):

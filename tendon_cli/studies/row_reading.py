@@ -24,7 +24,7 @@ from tendon_cli.quantities import QUANTITIES
 from tendon_cli.readers.heading import Heading
 from tendon_cli.readers.table import Table
 from tendon_cli.space.axis import CASE_AXIS, NAMED_AXES, CarriedColumn, split_side
-from tendon_cli.studies.contents import keys
+from tendon_cli.studies.contents import is_key_of_study, keys
 from tendon_cli.studies.design_section import CHOICE_RESULTS
 from tendon_cli.studies.fields import SingleField, fault, hint_at_nearest
 from tendon_cli.studies.gone import IS_GONE, instead_of
@@ -91,6 +91,13 @@ def row_keys() -> tuple[str, ...]:
 
 
 @cache
+def _tables_of_keys() -> frozenset[str]:
+    """Return the keys of the tables in which numbers of a row stand, such as `tendon.flexor`."""
+    ends = (match for key in row_keys() for match in re.finditer(r"\.", key))
+    return frozenset(match.string[: match.start()] for match in ends)
+
+
+@cache
 def known_columns() -> frozenset[str]:
     """Return the columns that tables of tendon have whatever a study carries along."""
     numbers = {key.column for key in keys().values()}
@@ -100,10 +107,9 @@ def known_columns() -> frozenset[str]:
 
 def flat_keys(table: Mapping[Any, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Yield the values of a row by dotted keys, whether these are quoted or nested."""
-    parts = {known[: known.rfind(".")] for known in row_keys()}
     for name, value in table.items():
         key = f"{prefix}{name}"
-        if isinstance(value, dict) and any(f"{part}.".startswith(f"{key}.") for part in parts):
+        if isinstance(value, dict) and key in _tables_of_keys():
             yield from flat_keys(value, f"{key}.")
         else:
             yield key, value
@@ -158,7 +164,7 @@ class RowReader:
     """True for a file of text, whose numbers need a unit."""
     faults: list[Fault] = field(default_factory=list)
     """Faults found so far."""
-    slips: dict[str, tuple[Slip, ...]] = field(default_factory=dict)
+    slips: dict[str, list[Slip]] = field(default_factory=dict)
     """Values that are far from any arm, by the place of the table, or of a case's key."""
 
     @classmethod
@@ -274,7 +280,8 @@ class RowReader:
         if "." in header.name or header.name in meant or self._is_of_cases:
             problem, hint = self._unknown_key(header, meant.get(header.name))
         elif not header.column:
-            problem, hint = "has neither letters nor digits", "give it a name"
+            problem = "has neither letters nor digits"
+            hint = "give it a name"
         elif own in known_columns():
             problem = f"would be the column {own}, which tables have"
             hint = "rename the column"
@@ -292,13 +299,11 @@ class RowReader:
             header: The header.
             meant: Key whose column in tables it names; None for any other.
         """
-        from tendon_cli.studies.json_schema import key_words  # only a fault pays for its import
-
         name = header.name
         instead = instead_of(name.split("."))
         if instead is not None:
             return IS_GONE, instead
-        if any(f"{known}.".startswith(f"{name}.") for known in key_words()):
+        if is_key_of_study(name):
             hint = f"state {name} for the whole study, or write a study for each row"
             return "is the same for all rows", hint
         like = meant or _key_like(header)
@@ -357,20 +362,15 @@ class RowReader:
     def _words(self, header: Heading, column: Sequence[Any]) -> Array:
         """Return a column of words of the model as the numbers that they are to it."""
         words = WORDS_OF[split_side(header.name)[0]]
-        values = np.full(len(column), np.nan)
-        wrong = []
-        for row, cell in enumerate(column):
-            if _is_empty(cell):
-                continue
+
+        def read(cell: Any) -> float:
             if cell in words:
-                values[row] = words.index(cell)
-                continue
+                return float(words.index(cell))
             expected = " or ".join(f'"{word}"' for word in words)
             problem = f"{described(cell)} is not possible, expected {expected}"
-            hint = hint_at_nearest(str(cell), words)
-            wrong.append(Fault(self._cell_place(row, header), problem, hint))
-        self._list(wrong, header.header)
-        return values
+            raise fault(problem, hint_at_nearest(str(cell), words))
+
+        return self._values(header, column, read)
 
     def _numbers(self, header: Heading, column: Sequence[Any]) -> tuple[Array, str]:
         """Return a column of numbers in SI, and the dimension in which a reading is stated."""
@@ -385,35 +385,34 @@ class RowReader:
         cells = _ColumnCells(mark, unit, are_texts=self.are_texts)
         values = cells.of_record(column)
         if values is None:
-            values = self._values(header, column, cells)
+            values = self._values(header, column, cells.value)
+        if cells.without_unit:
+            problem = f"has no unit, and neither have {cells.without_unit:,} of its cells"
+            quantity = mark.quantity
+            units = ", ".join(known_units(quantity.dimension))
+            hint = f'write "{header.name} ({quantity.shown_in})"; units: {units}'
+            self._refuse_header(header, problem, hint)
         self._note_slips(header, column, values, cells)
         dimensions = cells.readings
         if len(dimensions) > 1:
             self._refuse_header(header, "mixes tensions and torques, expected one of both", None)
         return values, next(iter(sorted(dimensions)), "")
 
-    def _values(self, header: Heading, column: Sequence[Any], cells: _ColumnCells) -> Array:
-        """Return the values of the cells of a column in SI; NaN for an empty or a faulty one."""
+    def _values(
+        self, header: Heading, column: Sequence[Any], read: Callable[[Any], float]
+    ) -> Array:
+        """Return the values of the cells of a column; NaN for an empty or a faulty one."""
         values = np.full(len(column), np.nan)
         wrong = []
-        without_unit = 0
         for row, cell in enumerate(column):
             if _is_empty(cell):
                 continue
             try:
-                values[row] = cells.value(cell)
-            except _NoUnitError:
-                without_unit += 1
+                values[row] = read(cell)
             except PydanticCustomError as error:
                 context = error.context or {}
                 place = self._cell_place(row, header)
                 wrong.append(Fault(place, context["problem"], context["hint"]))
-        if without_unit:
-            problem = f"has no unit, and neither have {without_unit:,} of its cells"
-            quantity = cells.mark.quantity
-            units = ", ".join(known_units(quantity.dimension))
-            hint = f'write "{header.name} ({quantity.shown_in})"; units: {units}'
-            self._refuse_header(header, problem, hint)
         self._list(wrong, header.header)
         return values
 
@@ -430,7 +429,7 @@ class RowReader:
             place = self._cell_place(row, header)
             where = place if self._is_of_cases else self.where
             place = place.removeprefix(where).lstrip("., ")
-            self.slips[where] = self.slips.get(where, ()) + mark.slips((place, written, measure))
+            self.slips.setdefault(where, []).extend(mark.slips((place, written, measure)))
 
     def _carried(self, header: Heading, column: Sequence[Any]) -> CarriedColumn:
         """Return a column that sets nothing: of numbers if every cell is one, else of text."""
@@ -485,10 +484,6 @@ class RowReader:
             self.faults.append(Fault(f"{self.where}, {column}", f"and {cells} at fault"))
 
 
-class _NoUnitError(Exception):
-    """A cell is a number of which neither the cell nor the header says the unit."""
-
-
 @dataclass
 class _ColumnCells:
     """Numbers of one column, exact in the unit of its header or in their own."""
@@ -501,11 +496,14 @@ class _ColumnCells:
     """True if a number without a unit is not taken as SI."""
     readings: set[str] = field(default_factory=set)
     """Dimensions in which readings of a gauge are stated."""
+    without_unit: int = 0
+    """Number of cells of which neither they nor the header say the unit."""
 
     def __post_init__(self) -> None:
         self._known: dict[Any, float] = {}
         self._shift = None if self.unit is None else _power_of_ten(self.unit.factor)
-        self._has_unit = self.mark.quantity.dimension != "number"
+        has_unit = self.mark.quantity.dimension != "number"
+        self._needs_unit = self.are_texts and self.unit is None and has_unit
         if self.unit is not None:
             self._note_reading(self.unit.dimension)
 
@@ -519,15 +517,17 @@ class _ColumnCells:
         return values if is_possible.all() else None
 
     def value(self, cell: Any) -> float:
-        """Return the value of a cell in SI.
+        """Return the value of a cell in SI; NaN if nothing says its unit.
 
         Raises:
             PydanticCustomError: The cell holds no number of this dimension.
-            _NoUnitError: Nothing says its unit.
         """
         if isinstance(cell, bool) or not isinstance(cell, str | int | float):
             number = SingleField.read(self.mark, cell)  # a fault, and nothing to look up
             return math.nan if number is None else number.single
+        if self._needs_unit and _number_text(cell) is not None:
+            self.without_unit += 1
+            return math.nan
         known = self._known.get(cell)
         if known is None:
             known = self._read(cell)
@@ -548,8 +548,6 @@ class _ColumnCells:
         text = _number_text(cell)
         if text is not None and self.unit is not None:
             return Measure(text, self.unit)
-        if text is not None and self._has_unit and self.are_texts:
-            raise _NoUnitError
         if isinstance(cell, str) and len(parts_of_text(cell)) > 1:
             problem = f"{described(cell)} is not one number, expected {self.mark.wanted}"
             hint = "a row sets exact numbers; ranges and distributions belong to a sample"

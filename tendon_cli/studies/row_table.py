@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal
@@ -34,7 +34,7 @@ class RowTable(NamedAxis):
     """Role as the study states it; None if it leaves it open."""
     readings: Mapping[str, str] = field(default_factory=dict)
     """Dimension in which the pretensions of the table are stated, by dotted key."""
-    slips: Mapping[str, tuple[Slip, ...]] = field(default_factory=dict)
+    slips: Mapping[str, Sequence[Slip]] = field(default_factory=dict)
     """Values that are far from any arm, by the place of the table, or of a case's key."""
     where: str = ""
     """Place of the table, for errors: "springs.csv", "table.0"."""

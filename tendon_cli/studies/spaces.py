@@ -30,7 +30,6 @@ from tendon_cli.space.axis import (
 from tendon_cli.space.space import EXCURSION, INERTIA, TRAJECTORY, Space
 from tendon_cli.studies.angle_curves import curves_of
 from tendon_cli.studies.answer_draws import drawn_numbers
-from tendon_cli.studies.checks import WHOSE_ANCHORS, nothing_measured
 from tendon_cli.studies.contents import column_of
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.model_words import number_of_word, numbers_of_words
@@ -262,26 +261,15 @@ def _grouping_faults(study: Study) -> Iterator[Fault]:
 
 
 def _measured_anchor_faults(study: Study) -> Iterator[Fault]:
-    """Yield faults of anchors that meet persons, those of a fitted suit among the anchors.
-
-    Anchors are measured on one wearer, or are the mean man's; a file of persons asks which.
-    """
-    if study.people is None:
+    """Yield faults of anchors that are said to be measured on one wearer, of whom there is none."""
+    if study.people is None or study.arm.anchors != "measured":
         return
     key = "arm.anchors"
-    if study.arm.anchors is None and study.people.is_from_file and study.stated_anchors:
-        names = join_words([f"arm.{name}" for name in study.stated_anchors])
-        problem = f"is needed because fitted_from states {names} beside a file of persons"
-        yield Fault(key, problem, WHOSE_ANCHORS)
-    if study.arm.anchors != "measured":
-        return
     scaled = 'anchors = "mean man" scales those of the mean man to each person'
     if not study.people.is_from_file:
         problem = '"measured" is for the one person of a file, but a survey draws its persons'
         yield Fault(key, problem, f'[people] file = "me.csv" with that person; {scaled}')
         return
-    if not study.stated_anchors:
-        yield nothing_measured()
     persons = len(study.people.population.persons)
     if persons > 1:
         problem = f'"measured" is about one person, but the file has {persons:,}'

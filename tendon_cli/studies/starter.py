@@ -98,7 +98,9 @@ def write_example(name: str, path: Path | None) -> tuple[Path, str]:
     """
     known = examples()
     short: dict[str, str] = {}
-    for example in sorted(known, key=_depth, reverse=True):  # those in no folder win
+    for example in sorted(
+        known, key=lambda one: one.count("/"), reverse=True
+    ):  # those in no folder win
         short[Path(example).stem] = example
         short[Path(example).name] = example
     full = name if name in known else short.get(name)
@@ -108,11 +110,6 @@ def write_example(name: str, path: Path | None) -> tuple[Path, str]:
     target = path or Path(Path(full).name)
     _write(target, known[full].read_bytes())
     return target, full
-
-
-def _depth(example: str) -> int:
-    """Return how many folders an example stands in."""
-    return example.count("/")
 
 
 def next_step(template: str, file: Path) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import Annotated, Any, ClassVar
 
@@ -229,9 +229,9 @@ class Study(Displayed, StudyTables):
         }
 
     @property
-    def slips(self) -> dict[str, tuple[Slip, ...]]:
+    def slips(self) -> dict[str, Sequence[Slip]]:
         """Values far from any arm, by dotted key: those of numbers and of curves."""
-        found = dict(marked_slips(self, ""))
+        found: dict[str, Sequence[Slip]] = dict(marked_slips(self, ""))
         for table in self.row_tables:
             found |= table.slips
         return found

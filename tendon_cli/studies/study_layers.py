@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, get_origin
+from typing import Any
 
 from tendon_cli.errors import Fault, StudyError, UsageError
 from tendon_cli.files import path_of
@@ -186,11 +186,9 @@ def _merge(below: dict[str, Any], above: dict[str, Any], prefix: str, places: Ke
 def _is_table(key: str) -> bool:
     """Return True if a dotted key holds a table of keys, rather than one value in braces."""
     part: type[Part] | None = Study
-    is_mapping = False
     for name in key.split("."):
         field = None if part is None else part.model_fields.get(name)
         if field is None:
             return False
         part = table_type(field)
-        is_mapping = get_origin(field.annotation) is dict
-    return part is not None or is_mapping
+    return part is not None

@@ -150,15 +150,12 @@ class Solutions(ByChoice):
         return replace(self, worst=worst, advice=advice)
 
 
-def solve(
-    solver: Solver, points: Points, *, with_worst: bool = True, of_feasible: bool = False
-) -> Solutions:
+def solve(solver: Solver, points: Points, *, of_feasible: bool = False) -> Solutions:
     """Solve choices.
 
     Args:
         solver: Solver of the question.
         points: The choices.
-        with_worst: False to leave out worst values, which saves two thirds of the time.
         of_feasible: True to work out the worst values of feasible choices alone.
 
     Raises:
@@ -170,14 +167,11 @@ def solve(
     for rows in solver.cut(len(points), at_once):
         selected = points.select(rows)
         solved, served = solve_windows(solver, selected)
-        if with_worst:
-            places = np.arange(len(selected))
-            if of_feasible:
-                places = np.flatnonzero(solved.feasible)
-            if len(places):
-                pretension = solved.pretension[places]
-                worst = solver.worst(selected.select(places), pretension, served[places])
-                solved = solved.with_worst(question, places, worst)
+        places = np.flatnonzero(solved.feasible) if of_feasible else np.arange(len(selected))
+        if len(places):
+            pretension = solved.pretension[places]
+            worst = solver.worst(selected.select(places), pretension, served[places])
+            solved = solved.with_worst(question, places, worst)
         parts.append(solved)
     return parts[0] if len(parts) == 1 else Solutions.concatenate(parts)
 

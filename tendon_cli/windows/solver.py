@@ -57,7 +57,7 @@ class Folded:
     high_between: Flags
     """The same for upper ends."""
     reading: Reading | None
-    """What the gauge shows; None if pretensions are F0."""
+    """Reading of the gauge; None if pretensions are F0."""
 
     def as_read(self) -> Ends:
         """Return the ends as the gauge shows them."""

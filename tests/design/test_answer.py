@@ -149,7 +149,7 @@ def relaxed(content, key, value):
     elif key == "arm.upper_arm_angle":
         value = [f"{-value} rad", f"{value} rad"]
     question = question_of(tendon.study(with_value(content, key, value)))
-    return solve(Solver(question), question.all_points(), with_worst=False)
+    return solve(Solver(question), question.all_points())
 
 
 @pytest.mark.parametrize(

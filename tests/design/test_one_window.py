@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.model.design import F0
 from tendon_cli.model.whole_motion import ANGLES
 from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solver import Solver
@@ -53,7 +54,11 @@ def check_windows(study):
     sampled = Solver(question, seeks=False).ends(points)
     low, high = windows_of_a_sweep(study, question)
     np.testing.assert_allclose(sampled.low.max(axis=1), low, rtol=1e-12)
-    np.testing.assert_allclose(sampled.high.min(axis=1), high, rtol=1e-12)
+    answered = sampled.high.min(axis=1)
+    if study.setting.read != F0:
+        # An answer goes on below what a slack tendon shows, so that a window there is empty.
+        answered = np.maximum(answered, 0.0)
+    np.testing.assert_allclose(answered, high, rtol=1e-12, atol=1e-12)
     sought = Solver(question).ends(points)
     is_known = ~np.isnan(sampled.low)
     assert (sought.low >= sampled.low)[is_known].all()

@@ -206,7 +206,7 @@ def test_the_share_told_is_that_of_suits_drawn_and_tried_one_by_one():
     shares = []
     for reading in (28.0, 35.0, 50.0, 66.0, 80.0):
         truth = plain_share(arms, reading)
-        judged = judge.judge_at(points, reading)
+        (judged,) = judge.judge(points, np.array([reading]))
         error = np.sqrt(truth * (1.0 - truth) * (1 / 2000 + 1 / 8000))
         assert judged.value == pytest.approx(truth, abs=4.0 * error + 1e-3), reading
         shares.append(truth)
@@ -241,13 +241,24 @@ def served_at(readings, low, high):
     return np.mean((low <= readings[:, np.newaxis]) & (readings[:, np.newaxis] <= high), axis=1)
 
 
+def test_a_number_of_one_side_is_told_and_a_bend_that_follows_the_joint_does_not_deviate():
+    bend = {"angle": ["0 deg", "90 deg"], "bend": ["90 deg", "150 deg"]}
+    content = merged(SUIT, {"sheath": {"extensor": {"bend_angle": bend}}})
+    rope = {"tendon": {"breaking_force": "2.6 kN +/- 0.4 kN"}}
+    answer = answered(merged(content, rope))
+    told = {record["key"] for record in answer.record["assumed"]}
+    assert "tendon.flexor.breaking_force" in told
+    assert not any("bend_angle" in key and "flexor" not in key for key in told)
+
+
 def test_the_setting_is_the_reserve_above_the_lower_end_of_the_second_sample():
     """The window is the widest interval of readings that serves 95 % of the second sample."""
     for accuracy in (4.0, 100.0):
         content = merged(SUIT, {"setting": {"accuracy": f"{accuracy} N"}})
         question = question_of(study_from(content))
         second = Verifier.of(Solver(question), second=True)
-        low, high = second.judge_at(question.all_points(), 40.0).windows
+        (judged,) = second.judge(question.all_points(), np.array([40.0]))
+        low, high = judged.windows
         readings = np.arange(20.0, 90.0, 0.01)
         enough = readings[served_at(readings, low, high) >= 0.95]
         assert np.ptp(enough) == pytest.approx(0.01 * (len(enough) - 1))  # a single interval

@@ -29,7 +29,7 @@ def solutions(content, rows=None):
     """Return the solved choices of a study, or of some rows of it, as plain arrays."""
     question = question_of(study_from(content))
     points = question.all_points() if rows is None else question.points(rows)
-    solved = solve(Solver(question), points, with_worst=True)
+    solved = solve(Solver(question), points)
     return {
         "from": solved.pretension_from,
         "to": solved.pretension_to,

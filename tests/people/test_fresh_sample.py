@@ -15,7 +15,7 @@ from tendon_cli.windows.coverage import (
     effective_count_of_strata,
 )
 from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solutions import solve
+from tendon_cli.windows.solutions import solve, solve_windows
 from tendon_cli.windows.solver import Solver
 from tendon_cli.windows.verification import Verifier
 from tests.people.in_full import in_full
@@ -60,7 +60,8 @@ def judged(study):
     """Return the first choice of a study, solved, and the judgement of the fresh sample on it."""
     solver = Solver(question_of(study))
     choice = solve(solver, solver.question.points(np.array([0])))
-    return choice, Verifier.of(solver).judge(choice)
+    (verdict,) = Verifier.of(solver).judge(choice.points, choice.pretension)
+    return choice, verdict
 
 
 # --- The sample -----------------------------------------------------------------------------------
@@ -224,10 +225,11 @@ def shares_said(repeats, persons, verify, crowds):
     for seed in range(repeats):
         study = study_of(people(persons, seed, verify=verify), LOADS, SIXTEEN)
         solver = Solver(question_of(study))
-        choices = solve(solver, solver.question.all_points(), with_worst=False)
+        choices, _ = solve_windows(solver, solver.question.all_points())
         place = int(np.argmax(choices.served_at))
         pretension = choices.pretension[place]
-        verdict = Verifier.of(solver).judge(choices.select([place]))
+        chosen = choices.select([place])
+        (verdict,) = Verifier.of(solver).judge(chosen.points, chosen.pretension)
         truth = np.mean((low[place] <= pretension) & (pretension <= high[place]))
         rows.append([choices.served_at[place], verdict.value, *verdict.interval, truth])
     return np.array(rows).T
@@ -299,7 +301,7 @@ def test_what_is_said_to_help_does_so_at_the_pretension_that_is_printed(too_few)
         solver = Solver(question_of(study))
         points = solver.question.all_points()
         pretension = float(change["printed_pretension"])
-        again = Verifier.of(solver).judge_at(points, pretension)
+        (again,) = Verifier.of(solver).judge(points, np.array([pretension]))
         assert again.value == change["served_verified"]["value"], key
         own = solve(solver, points)
         assert own.pretension_from[0] <= pretension <= own.pretension_to[0], key

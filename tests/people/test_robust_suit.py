@@ -7,7 +7,7 @@ import pytest
 
 from tendon_cli.studies.load import study_from
 from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solutions import solve
+from tendon_cli.windows.solutions import solve_windows
 from tendon_cli.windows.solver import Solver
 from tests.people import plain_suit
 
@@ -62,7 +62,7 @@ def served_by_sex(content):
     question = question_of(study_from(content))
     solver = Solver(question)
     points = question.all_points()
-    solved = solve(solver, points, with_worst=False)
+    solved, _ = solve_windows(solver, points)
     low, high = question.groups.windows(*_ends(solver, points))
     served = (low[0] <= 116.0) & (high[0] >= 116.0)
     is_woman = np.array(question.study.people.population.sexes) == "female"

@@ -175,7 +175,7 @@ def test_faulty_people_are_refused(people, message, tmp_path):
 
 def test_a_case_cannot_give_a_number_that_comes_from_the_body():
     case = {"name": "splint", "arm": {"forearm_mass": "3 kg", "b1": "160 mm"}}
-    with pytest.raises(StudyError, match=r"cases\.0\.arm\.forearm_mass: comes from the body"):
+    with pytest.raises(StudyError, match=r"cases\.0\.arm\.forearm_mass: .* comes from the body"):
         study_from({"people": {"count": 2}, "cases": [case]})
     study = study_from({"people": {"count": 2}, "cases": [case], "arm": {"forearm_mass": "2 kg"}})
     assert "arm.forearm_mass" not in space_of(study).axes[1].numbers

@@ -177,3 +177,21 @@ def test_a_table_without_a_key_is_refused_with_the_nearest_keys(folder):
 def test_a_table_with_one_key_carries_its_other_columns(folder):
     (folder / "suits.csv").write_text("name,spool.ratio,built by\nHeron,0.6,Ada\n")
     assert tendon.study({"table": [of_file("suits.csv")]}).axes
+
+
+@pytest.mark.parametrize(("unit", "hint"), [("(mm)", "extension (mm)"), ("(N)", "extension")])
+def test_a_hint_at_a_key_has_the_unit_of_the_header_only_if_it_fits(folder, unit, hint):
+    rows = [{"name": "A", f"limits.max_spring_extent {unit}": 30, "spool.ratio": 0.6}]
+    told = faults_of((StudyError,), {"name": "a", "rows": rows})
+    assert f'did you mean "limits.max_spring_{hint}"?' in told
+
+
+def test_a_number_set_twice_is_told_with_both_places(folder):
+    rows = [{"name": "A", "spring.stiffness": "4 kN/m"}]
+    told = faults_of(
+        (StudyError,),
+        {"name": "part", "rows": rows},
+        cases=[{"name": "a", "spring": {"stiffness": "5 kN/m"}}],
+        load={"mass": [1, 2]},
+    )
+    assert 'table.0: the table "part" sets spring.stiffness, but so do the cases (cases.0' in told

@@ -708,6 +708,11 @@ def test_a_route_of_one_side_or_of_a_case_leaves_the_others(load):
     study = load(text, r_csv=half_circle())
     flexor_bend = study.numbers["sheath.flexor.bend_angle"].single
     (case_bend,) = study.cases.numbers["sheath.bend_angle"]
+    rows = (
+        "[[table]]\nname = 'sheath'\nrows = [{name = 'a', 'sheath.path' = 'r.csv'}, {name = 'b'}]\n"
+    )
+    row_bends = load(rows, r_csv=half_circle()).row_tables[0].numbers["sheath.bend_angle"]
+    np.testing.assert_array_equal(row_bends, [case_bend, np.nan])
     assert flexor_bend == pytest.approx(math.pi, rel=1e-4)
     assert case_bend == pytest.approx(math.pi, rel=1e-4)
     assert study.numbers["sheath.bend_angle"].single == math.pi

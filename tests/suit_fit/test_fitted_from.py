@@ -142,7 +142,7 @@ def test_anchors_fitted_beside_a_file_of_persons_need_a_word_that_says_whose_the
     file = tmp_path / "design.toml"
     persons = DESIGN + '[people]\nfile = "me.csv"\n'
     file.write_text(persons)
-    with pytest.raises(StudyError, match=r"arm\.anchors: is needed because fitted_from states arm"):
+    with pytest.raises(StudyError, match=r"arm\.anchors: is needed because this study states arm"):
         tendon_library.study(file)
 
     fitted = fit.numbers["arm.b1"].value

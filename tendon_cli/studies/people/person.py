@@ -10,7 +10,6 @@ from tendon_cli.model.body import (
     DIMENSIONS,
     FOREARM_COM_SHARE,
     FOREARM_MASS_SHARE,
-    Body,
     stiffness_scale,
 )
 from tendon_cli.quantities import QUANTITIES
@@ -91,7 +90,9 @@ def person_study(study: Study, name: str) -> PersonStudy:
             continue
         scaled = tuple((given.array * scales[f"arm.{anchor}"]).tolist())
         numbers[anchor] = StudyNumber(scaled, is_axis=given.is_axis, is_interval=given.is_interval)
-        formula = _anchor_formula(given, dimension, person.reference)
+        symbol = QUANTITIES[dimension].symbol
+        of_mean_man = getattr(person.reference, dimension)
+        formula = f"{given.array[0]:.6g} x {symbol} / {of_mean_man:.6g} of the mean man"
         steps.append(Step(anchor, formula, numbers[anchor].array[0]))
     for number, (share, dimension, source) in _FORMULAS.items():
         key = f"arm.{number}"
@@ -122,13 +123,6 @@ def person_study(study: Study, name: str) -> PersonStudy:
         ),
         arm=tuple(steps),
     )
-
-
-def _anchor_formula(given: StudyNumber, dimension: str, reference: Body) -> str:
-    """Return the formula by which an anchor scales with a dimension of the body."""
-    of_mean_man: float = getattr(reference, dimension)
-    symbol = QUANTITIES[dimension].symbol
-    return f"{given.array[0]:.6g} x {symbol} / {of_mean_man:.6g} of the mean man"
 
 
 def _person(study: Study, name: str) -> Population:

@@ -88,9 +88,7 @@ WORDS = (
 )
 
 CASES = (
-    toml(
-        "a case without a name", "[[cases]]\narm.b1 = 0.1\n", "cases.0.name", "missing", line=1
-    ),
+    toml("a case without a name", "[[cases]]\narm.b1 = 0.1\n", "cases.0.name", "missing", line=1),
     toml(
         "a case named twice",
         "[[cases]]\nname = 'a'\n[[cases]]\nname = 'a'\n",
