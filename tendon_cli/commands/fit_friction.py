@@ -55,9 +55,9 @@ CellUncertaintyOption = Annotated[
     str | None,
     options.option(
         "TEXT",
-        "standard uncertainty of a cell's zero and gain: '0.2 N, 0.5 %'; without it and "
-        "--zero-motor, 2 % of the force is assumed for a zero that the readings cannot tell "
-        "from friction",
+        "standard uncertainty of a cell's zero, gain and delay: '0.2 N, 0.5 %, 5 ms'; without it "
+        "and --zero-motor, 2 % of the force is assumed for a zero that the readings cannot tell "
+        "from friction, and 10 ms or a row for a delay",
     ),
 ]
 StrokesOption = Annotated[Path | None, options.output_option("write a table of the strokes: .csv")]

@@ -63,13 +63,27 @@ def test_what_the_logs_do_not_tell_keeps_its_prior(fit):
     assert length.std == pytest.approx(0.04, rel=0.1)
 
 
-def test_spring_and_tissue_in_series_are_known_better_than_each(logs):
-    apart = STUDY | {"spring": {"stiffness": "5 kN/m +/- 1.5 kN/m"}}
-    fit = tendon.fit_suit(apart, logs)
-    series = next(one for one in fit.combinations if "series" in one.name)
-    truth = 1.0 / (1.0 / 5000.0 + 1.0 / TRUTH["anchor.stiffness"])
-    assert abs(series.value - truth) < 2.5 * series.std
-    assert series.std / series.value < fit.numbers["anchor.stiffness"].std / 12e3
+def test_a_number_rests_on_what_the_logs_do_not_tell(fit):
+    told = fit.numbers["arm.forearm_mass"]
+    assert not told.is_told
+    estimate = fit.estimate
+    place = estimate.model.places["arm.forearm_mass"]
+    shares = np.square(estimate.covariance[place]) / np.diag(estimate.covariance)
+    shares /= estimate.covariance[place, place]
+    for key, number in fit.numbers.items():
+        rests = key in fit.rests_on.get("arm.forearm_mass", ())
+        share = shares[estimate.model.places[key]]
+        assert rests == (number.is_stated and share >= 0.2)
+    said = " ".join(fit.text.split())
+    for key, resting in fit.rests_on.items():
+        assert f"{key} is {fit.numbers[key].prior}" in said or key in fit.sensors
+        assert all(name in said for name in resting)
+
+
+def test_what_is_exact_is_no_assumption(logs):
+    exact = STUDY | {"uncertainty": {"exact": ["arm", "sheath.bend_angle"]}}
+    fit = tendon.fit_suit(exact, logs)
+    assert not any(key.startswith(("arm.", "sheath.")) for key in fit.rests_on)
 
 
 def test_loads_a_third_heavier_than_stated_are_never_fitted_in_silence(histories):
@@ -158,7 +172,7 @@ def test_the_record_has_every_key(fit):
     assert set(fit.record) >= {
         "numbers",
         "sensors",
-        "combinations",
+        "rests_on",
         "channels",
         "warnings",
         "notes",
@@ -262,10 +276,10 @@ def test_a_study_of_several_suits_is_refused(logs):
 
 def test_further_lines_of_a_remark_begin_below_its_first(fit):
     lines = [line for line in fit.text.splitlines() if line.startswith("  ")]
-    remarks = lines[next(at for at, line in enumerate(lines) if "  together" in line) :]
+    remarks = lines[next(at for at, line in enumerate(lines) if "  assumed" in line) :]
     named = [line for line in remarks if line[2] != " "]
     further = [line for line in remarks if line[2] == " "]
-    at = len("  together  ")
+    at = len("  assumed   ")
     assert further
     assert all(line[at - 2 : at] == "  " and line[at] != " " for line in further)
     assert all(line[at - 1] == " " and line[at] != " " for line in named)

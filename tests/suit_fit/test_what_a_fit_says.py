@@ -1,4 +1,4 @@
-"""Intervals, combinations, notes, text and figure of a fit say the same as its estimate."""
+"""Intervals, notes, text and figure of a fit say the same as its estimate."""
 
 import re
 from dataclasses import replace
@@ -15,13 +15,6 @@ from tests.suit_fit.conftest import TRUTH as STATED
 NORMAL = 1.96
 """Half the width of a 95 % interval of a normal number, in standard deviations."""
 LOAD_DISTANCE = 0.32  # m
-STEP = 1e-4
-"""Step of a score for slopes."""
-FORMULAS = {
-    "friction over the bend μφ": lambda first, second: first * second,
-    "moment of the forearm m_f d_com": lambda first, second: first * second,
-    "spring and tissue in series": lambda first, second: 1.0 / (1.0 / first + 1.0 / second),
-}
 
 
 @pytest.mark.parametrize("key", ["sheath.friction", "tendon.length"])
@@ -39,38 +32,10 @@ def test_every_interval_is_about_four_deviations_wide_and_holds_its_value(fit):
         assert 3.0 < (high - low) / number.std < 5.0
 
 
-def test_a_combination_has_the_deviation_of_its_slopes_and_covariance(fit):
-    estimate = fit.estimate
-    step = STEP * np.eye(len(estimate.scores))
-    above = estimate.model.values(estimate.scores + step)
-    below = estimate.model.values(estimate.scores - step)
-    at = estimate.model.values(estimate.scores[np.newaxis])
-    assert fit.combinations
-    for one in fit.combinations:
-        formula = FORMULAS[one.name]
-        higher, lower, value = (
-            formula(*(values[key].ravel() for key in one.keys)) for values in (above, below, at)
-        )
-        assert one.value == pytest.approx(value.item())
-        slope = (higher - lower) / (2.0 * STEP)
-        wanted = np.sqrt(slope @ estimate.covariance @ slope)
-        assert one.std == pytest.approx(wanted, rel=0.02)
-
-
-def test_a_combination_says_its_value_and_its_deviation_as_a_share(fit):
-    for one in fit.combinations:
-        value, share = re.search(r" = ([\d.]+).*, to within ([\d.]+) % \(one", one.text).groups()
-        assert float(value) == pytest.approx(one.value, rel=5e-3)
-        # A deviation is said to one digit.
-        assert float(share) == pytest.approx(100.0 * one.std / one.value, rel=0.34)
-
-
 def test_every_head_of_the_text_stands_once_if_there_is_something_to_say(fit):
     heads = [line[:11].strip() for line in fit.text.splitlines()[1:]]
     assert heads.count("helps") == heads.count("holds?") == heads.count("rows") == 1
-    together = [line for line in fit.text.splitlines() if line.strip().startswith("together")]
-    said = [line.split("together", 1)[1].strip() for line in together]
-    assert said == [one.text for one in fit.combinations[: len(said)]]
+    assert heads.count("assumed") == bool(fit.rests_on)
 
 
 @pytest.mark.parametrize(("degrees", "is_play"), [(0.7, True), (-0.7, False)])

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from tendon_cli.fits.friction.effects import OFFSETS
+from tendon_cli.fits.friction.effects import DELAY, OFFSETS
 from tendon_cli.fits.friction.estimate import FrictionEstimate
 from tendon_cli.fits.friction.usable_rows import AT_REST, Log
 from tendon_cli.fits.log_rows import Floats, noise_of
@@ -26,6 +26,12 @@ USUAL_ZERO = 0.02
 """Standard uncertainty of a cell's zero, as a share of the usual force, that is assumed where none
 is stated and the readings cannot show it: data sheets give a zero balance of 1 % of the rated
 force, and a cell is mostly loaded by half of that."""
+USUAL_DELAY = 0.01
+"""Standard uncertainty of the delay of one cell against the other, s, that is assumed where none is
+stated and the readings cannot show it: amplifiers are set to low-passes of 5 to 50 Hz, which are 30
+to 3 ms late."""
+_SLIGHT = 1e-4
+"""Share of μ up to which a delay is not spoken of: the force is constant."""
 _BARE = 0.2
 """Share of the usual force below which both cells are without load while the motor rests."""
 SCATTER = "scatter of the strokes"
@@ -38,6 +44,7 @@ FEW_STROKES = "few strokes, 3 % assumed"
 BEND = "bend angle"
 GAIN = "gain of the cells"
 ZEROS = ("zero of the motor's cell", "zero of the load's cell")
+LATE = "delay between the cells"
 
 
 @dataclass(frozen=True)
@@ -134,13 +141,41 @@ def zero_errors_of(
     return errors[0], errors[1]
 
 
+def late_error_of(
+    result: FrictionEstimate, log: Log, stated: float | None, second: float | None
+) -> float:
+    """Return the standard uncertainty of the delay between the cells, in the unit of the time.
+
+    It is the stated one. Else it is the usual one, or the error of a row if two converters read by
+    themselves, where this is larger; and no more than what the readings leave open.
+
+    Args:
+        result: Estimate of μ.
+        log: Rows that it was estimated from.
+        stated: Stated standard uncertainty, s; None if it is not stated.
+        second: Units of the time in a second; None if the file does not say.
+    """
+    if log.time is None or result.delay:
+        return 0.0
+    if stated is not None:
+        return stated * (second or 1.0)
+    row = float(np.median(np.abs(np.diff(log.time))))
+    usual = max(USUAL_DELAY * (second or 0.0), row / math.sqrt(3.0))
+    for model in result.average.models:
+        if model.effects == (DELAY,):
+            usual = min(usual, math.hypot(*model.value(DELAY)))
+    return usual
+
+
 def uncertainty_of(
     result: FrictionEstimate,
     log: Log,
     unit: str,
+    time_unit: str,
     bend_share: float,
     zero_errors: tuple[float, float],
     gain_error: float,
+    late_error: float,
 ) -> FrictionUncertainty:
     """Add up the uncertainty of μ.
 
@@ -151,10 +186,12 @@ def uncertainty_of(
         result: Estimate of μ.
         log: Rows that it was estimated from.
         unit: Unit of the forces.
+        time_unit: Unit of the time.
         bend_share: Standard uncertainty of the bend angle over the angle.
         zero_errors: Standard uncertainty of the zero of the motor's and of the load's cell, in
             `unit`.
         gain_error: Standard uncertainty of each cell's gain, as a share.
+        late_error: Standard uncertainty of the delay between the cells, in `time_unit`.
     """
     from scipy.special import stdtrit
 
@@ -194,6 +231,9 @@ def uncertainty_of(
         squares = [model.zero[cell] ** 2 for model in average.models]
         slope = math.sqrt(float(average.weights @ squares))
         add(name, "B", zero_errors[cell], unit, math.copysign(slope, average.best.zero[cell]))
+    slope = math.sqrt(float(average.weights @ [model.late**2 for model in average.models]))
+    if slope * late_error > _SLIGHT * friction:
+        add(LATE, "B", late_error, time_unit, math.copysign(slope, average.best.late))
     gain = 0.0 if points.both_ways else gain_error
     add(GAIN, "B", gain, slope=math.sqrt(2.0) / angle)
     total = math.sqrt(sum(part.contribution**2 for part in parts))

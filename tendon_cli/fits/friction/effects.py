@@ -118,8 +118,8 @@ def sets_of(priors: dict[str, float]) -> list[tuple[str, ...]]:
     """Return every set of effects that is fitted, the empty one first.
 
     An offset of one cell alone is a set of its own: it is simpler than one of both, between which
-    a prior would share it out. Offsets bend the line as a dependence on force does, so no set has
-    both.
+    a prior would share it out. Offsets of both, or one with a delay, bend the line as a
+    dependence on force does, so no set has that beside them.
     """
     known = [effect for effect in PRIOR if effect in priors]
     sizes = range(len(known) + 1)
@@ -127,7 +127,7 @@ def sets_of(priors: dict[str, float]) -> list[tuple[str, ...]]:
     return [
         effects
         for effects in every
-        if FORCE not in effects or not set(OFFSETS).intersection(effects)
+        if FORCE not in effects or len({*OFFSETS, DELAY}.intersection(effects)) <= 1
     ]
 
 
@@ -147,6 +147,8 @@ class EffectModel:
     """Degrees of freedom: strokes less the numbers fitted to them."""
     zero: tuple[float, float]
     """Change of μ by a unit of zero error in each cell; 0 if its offset is fitted."""
+    late: float
+    """Change of μ by a unit of delay of the load's cell; 0 if a delay is fitted."""
 
     @property
     def friction(self) -> float:
@@ -157,6 +159,14 @@ class EffectModel:
     def error(self) -> float:
         """Standard error of μ under this model."""
         return math.sqrt(max(float(self.covariance[0, 0]), 0.0))
+
+    @property
+    def has_alike_zeros(self) -> bool:
+        """True if zero errors of both cells are fitted that are more alike than different."""
+        if not set(OFFSETS) <= set(self.effects):
+            return False
+        motor, load = (self.value(name)[0] for name in OFFSETS)
+        return abs(motor + load) > abs(motor - load)
 
     @property
     def log_gain(self) -> float:

@@ -16,7 +16,7 @@ import numpy as np
 from tendon_cli.fits.friction.effects import DELAY, priors_of
 from tendon_cli.fits.friction.models import ModelAverage, average_of
 from tendon_cli.fits.friction.usable_rows import Log, bend_groups, rates_of
-from tendon_cli.fits.log_rows import Floats, Integers, Mask
+from tendon_cli.fits.log_rows import Floats, Integers, Mask, noise_of
 
 _BLOCK_NOISE = 0.006
 """Noise of a block over the half distance; longer blocks than it asks for would blur corners."""
@@ -56,8 +56,14 @@ alternates between two equally good choices."""
 _PER_STROKE = 8
 """Points of a stroke: enough for the force within it to show, few enough that each
 averages neighbouring rows."""
-_RATE_WINDOW = 16
-"""Part of a stroke over which a rate is taken: half of a point's rows on either side."""
+_RATE_WINDOWS = (16, 8, 4)
+"""Parts of a stroke over which a rate is taken: half of a point's rows on either side, or more."""
+_RATE_NOISE = 0.2
+"""Noise of a rate over its spread, from which a longer part is taken: noise of what a line is drawn
+over passes for no delay at all."""
+_CERTAIN = 0.9
+"""Probability of a delay from which a cell is shifted: an explanation that looks the same as a
+delay would be lost."""
 _LATE = 0.10
 """Delay, as a share of a stroke, up to which a cell can be shifted and leave most of the stroke to
 compare."""
@@ -109,7 +115,7 @@ def estimate(log: Log, zero: float | None) -> FrictionEstimate | None:
         The estimate; None if no stroke has a limit.
     """
     first = _settle(log, zero)
-    if first is None or DELAY not in first.average.best.effects:
+    if first is None or first.average.share_of(DELAY) < _CERTAIN:
         return first
     delay = first.average.best.value(DELAY)[0]
     if log.time is None or abs(delay) > _LATE * log.duration:
@@ -154,8 +160,18 @@ def _with_rates(log: Log) -> Log:
     """Return the log with the rate of its load within each stroke, if it has a time."""
     if log.time is None:
         return log
-    width = max(1, int(np.median(np.diff(log.first))) // _RATE_WINDOW)
-    return replace(log, rate=rates_of(log.time, np.log(log.load), log.stroke, width))
+    rows = int(np.median(np.diff(log.first)))
+    log_force = np.log(log.load)
+    noise = noise_of(log_force, log.stroke) / max(float(np.median(np.diff(log.time))), 1e-300)
+    rate = np.zeros(len(log.time))
+    for part in _RATE_WINDOWS:
+        width = max(1, rows // part)
+        rate = rates_of(log.time, log_force, log.stroke, width)
+        of_rate = noise * math.sqrt(2.0 / width) / (width + 1.0)
+        spread = min(float(np.std(rate[log.way == way])) for way in np.unique(log.way))
+        if of_rate <= _RATE_NOISE * spread:
+            break
+    return replace(log, rate=rate)
 
 
 def _with_rates_of_slip(log: Log, used: Mask) -> Log:

@@ -16,6 +16,7 @@ from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import path_of
 from tendon_cli.fits.friction.budget import (
     FrictionUncertainty,
+    late_error_of,
     readings_without_load,
     uncertainty_of,
     zero_errors_of,
@@ -26,7 +27,7 @@ from tendon_cli.fits.friction.estimate import FrictionEstimate, estimate, why_no
 from tendon_cli.fits.friction.fit_result import DirectionFit, Fit, PlainAnswer
 from tendon_cli.fits.friction.friction_remarks import Remarks, doubts_of, strokes_used
 from tendon_cli.fits.friction.models import fit_model
-from tendon_cli.fits.friction.prepare import PreparedLog, prepare
+from tendon_cli.fits.friction.prepare import SECONDS, PreparedLog, prepare
 from tendon_cli.fits.friction.readings import Readings, concatenate, read_readings
 from tendon_cli.fits.friction.rig import (
     BendAngle,
@@ -80,7 +81,8 @@ def fit_friction(
         position: Name of the column of the motor's position or speed.
         zero_motor: Reading of the motor's cell without load.
         zero_load: Reading of the load's cell without load.
-        cell_uncertainty: Standard uncertainty of a cell's zero and gain, "0.2 N, 0.5 %".
+        cell_uncertainty: Standard uncertainty of a cell's zero, gain and delay, such as
+            "0.2 N, 0.5 %, 5 ms".
 
     Raises:
         UsageError: if an argument is wrong.
@@ -109,7 +111,7 @@ def fit_friction(
         force_of(zero_load, "--zero-load", readings.unit),
     )
     are_stated = (zero_motor is not None, zero_load is not None)
-    zero_error, gain_error = cell_uncertainty_of(cell_uncertainty, readings.unit)
+    zero_error, gain_error, delay_error = cell_uncertainty_of(cell_uncertainty, readings.unit)
     # Forces of 1e-320 are above zero, and their ratios overflow: the checks refuse them, and need
     # no other warning.
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
@@ -122,9 +124,13 @@ def fit_friction(
             result,
             prepared.log,
             unit=readings.unit or "unit of the file",
+            time_unit=readings.time_unit or "unit of the file's time",
             bend_share=angle_share,
             zero_errors=zero_errors_of(result, zero_error, are_stated, bare),
             gain_error=gain_error,
+            late_error=late_error_of(
+                result, prepared.log, delay_error, SECONDS.get(readings.time_unit or "")
+            ),
         )
         fit = _assembled(readings, prepared, result, error, bend, rows)
         column = unread_direction(readings)

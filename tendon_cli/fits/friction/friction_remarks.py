@@ -8,9 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from tendon_cli import say
 from tendon_cli.fits.friction.budget import (
     FEW,
     FEW_SHARE,
+    LATE,
     LEAST_SCATTER,
     RESOLUTION,
     ZEROS,
@@ -161,15 +163,43 @@ class Remarks:
         self.checks: list[Check] = []
         self.notes = [*fit.notes]
         self.warnings = [*fit.warnings]
+        self.is_ambiguous = self._check_look_alikes()
         self._check_effects()
         self._check_which_cell()
         self._check_rare_delay()
         self._check_drift()
         if not self._check_without_load():
             self._check_zeros()
+        self._check_late()
         self._check_gains()
         self._check_rows()
         self._check_number()
+
+    def _check_look_alikes(self) -> bool:
+        """Warn of effects that these readings cannot tell apart, if μ depends on which it is."""
+        average = self.result.average
+        likely = [
+            model
+            for model, weight in zip(average.models, average.weights, strict=True)
+            if weight > _OPEN
+        ]
+        frictions = [model.friction for model in likely]
+        spread = (max(frictions) - min(frictions)) / self.friction
+        if spread < _MATTERS or not any(model.has_alike_zeros for model in likely):
+            return False
+        causes = ["zero errors that are alike in both cells"]
+        if any(FORCE in model.effects for model in likely):
+            causes.append("friction that depends on the force or, behind a spring, on the place")
+        if any(DELAY in model.effects for model in likely):
+            causes.append("a late cell")
+        if len(causes) == 1:
+            return False
+        self.warnings.append(
+            f"these readings cannot tell {say.join_words(causes, 'from')}: {self.mu} may be"
+            f" anything from {min(frictions):.3g} to {max(frictions):.3g}, which the interval"
+            " allows for; state what the cells read without load (--zero-motor, --zero-load)"
+        )
+        return True
 
     def _check_effects(self) -> None:
         """Check for each effect that can be fitted, and warn of those that change the number."""
@@ -190,7 +220,7 @@ class Remarks:
                     f" speed, which looks the same; {self.mu} is corrected for it; log both cells"
                     " with one clock and one filter, and move more slowly"
                 )
-            if effect == FORCE:
+            if effect == FORCE and not self.is_ambiguous:
                 self.warnings.append(
                     f"{self.mu} varies with the force to the power {value:.2g}:"
                     " the number holds at the mean force; measure at the force that you use"
@@ -218,7 +248,7 @@ class Remarks:
         if not having:
             return unknown
         model = average.models[max(having, key=average.weights.__getitem__)]
-        share = float(np.sum(average.weights[having]))
+        share = average.share_of(effect)
         value, error = model.value(effect)
         scale = model.friction if effect == FORCE else 1.0
         moves = average.models[0].friction / model.friction - 1.0
@@ -234,7 +264,7 @@ class Remarks:
         Explanations count that the readings do not refute.
         """
         average = self.result.average
-        if not set(OFFSETS).intersection(average.best.effects):
+        if self.is_ambiguous or not set(OFFSETS).intersection(average.best.effects):
             return
         likely = average.best.evidence - REFUTED
         rivals = [
@@ -438,6 +468,18 @@ class Remarks:
                 force = f"{max(assumed):.2g} {unit}" if unit else f"{max(assumed):.2g}"
                 room = f"; the interval allows for {force} (--cell-uncertainty states yours)"
             self.notes.append(f"{would}, and these forces would not show it{room}")
+
+    def _check_late(self) -> None:
+        """Say how far a late cell would move μ, if it is assumed and not known how late one is."""
+        for part in self.fit.uncertainty.parts:
+            share = part.contribution / self.friction
+            if part.name == LATE and share > _NOTED:
+                self.notes.append(
+                    f"a cell that is {part.standard_uncertainty:.2g} {part.unit} late would move"
+                    f" {self.mu} by {100.0 * share:.1f} %, and while the force changes steadily"
+                    " these readings would not show it; the interval allows for it"
+                    " (--cell-uncertainty states yours)"
+                )
 
     def _check_gains(self) -> None:
         """Compare the gains of the cells."""

@@ -14,6 +14,7 @@ import numpy as np
 
 from tendon_cli.fits.friction.effects import (
     DELAY,
+    FORCE,
     OFFSETS,
     STRICT,
     EffectModel,
@@ -187,14 +188,15 @@ def fit_model(
     tau = np.array([priors[name] for name in effects])
     steps = _STEPS if fits_offsets else 1
     forces = with_one_force(points)
+    rate = np.zeros(len(points.way)) if points.rate is None else points.rate
     for step in range(steps):
         columns = columns_of(forces, effects, zeros)
         target = np.log((points.motor - zeros[0]) / (points.load - zeros[1]))
         for cell, place in enumerate(places):
             if place is not None:  # the target is linear in an offset about its last value
                 target = target + columns[place] * zeros[cell]
-        zero_errors = [1.0 / points.motor, -1.0 / points.load]
-        products = CrossProducts.of([*columns, target, *zero_errors], points, kappa)
+        unseen = [1.0 / points.motor, -1.0 / points.load, rate]
+        products = CrossProducts.of([*columns, target, *unseen], points, kappa)
         if step in {0, 3}:  # the ratio of variances changes little from step to step
             line = _best_line(products, unknown, least, base)
         else:
@@ -221,6 +223,7 @@ def fit_model(
         residual=target - np.column_stack(columns) @ values,
         free=strokes - base if strokes > base else max(len(target) - unknown, 1),
         zero=(float(slopes[0]) * unfitted[0], float(slopes[1]) * unfitted[1]),
+        late=float(slopes[2]) * (DELAY not in effects),
     )
 
 
@@ -278,6 +281,14 @@ class ModelAverage:
         """Likeliest model."""
         return self.models[int(np.argmax(self.weights))]
 
+    def share_of(self, effect: str) -> float:
+        """Return the probability of an effect."""
+        return sum(
+            float(weight)
+            for model, weight in zip(self.models, self.weights, strict=True)
+            if effect in model.effects
+        )
+
     @property
     def friction(self) -> float:
         """μ, the mean over the models."""
@@ -313,24 +324,25 @@ def average_of(points: Log, priors: dict[str, float]) -> ModelAverage:
 
 
 def _judged(models: tuple[EffectModel, ...]) -> Floats:
-    """Return the evidence of each model, by which a late cell goes before zero errors of both.
+    """Return the evidence of each model, in which what looks alike counts alike.
 
-    While the force changes steadily, zero errors of both cells that are alike add to the log ratio
-    what a delay of one adds: a constant over the force, with the sign of the motion. If they are
-    the likeliest and the readings do not refute the delay, it is as likely, and the likelier by
-    `_SIMPLER` as it is one number instead of two. μ then is a mean over both explanations.
+    Zero errors of both cells that are more alike than different add to the log ratio a constant
+    over the force, with the sign of the motion. So does a late cell while the force changes
+    steadily, and friction that depends on the force or, behind a spring, on the place. If such zero
+    errors are the likeliest, each other explanation that the readings do not refute is as likely,
+    and a single number the likelier by `_SIMPLER`. μ then is a mean over all.
     """
     evidence = np.array([model.evidence for model in models])
-    places = {model.effects: place for place, model in enumerate(models)}
-    both = places.get(OFFSETS)
-    late = places.get((DELAY,))
-    if both is None or late is None or np.argmax(evidence) != both:
+    best = int(np.argmax(evidence))
+    if not models[best].has_alike_zeros:
         return evidence
-    # Strictness says how rare a delay is, and not what the readings say of it.
-    delay_alone = evidence[late] + STRICT[DELAY]
-    others = np.delete(evidence, [both, late])
-    if delay_alone > max(evidence[both] - REFUTED, *others):
-        evidence[late] = evidence[both] + _SIMPLER
+    for place, model in enumerate(models):
+        rare = [name for name in (DELAY, FORCE) if name in model.effects]
+        # Strictness says how rare an effect is, and not what the readings say of it.
+        alone = evidence[place] + sum(STRICT[name] for name in rare)
+        is_rival = len(rare) == 1 and not set(OFFSETS) <= set(model.effects)
+        if is_rival and alone > evidence[best] - REFUTED:
+            evidence[place] = evidence[best] + _SIMPLER * (len(model.effects) == 1)
     return evidence
 
 

@@ -58,7 +58,7 @@ _FAR_GAIN = 0.2
 _AGAINST = 0.5
 """Correlation from which a load's cell that falls as the motor's rises is another tendon's."""
 _MAINS = 50.0  # Hz
-_SECONDS = {"s": 1.0, "ms": 1e3, "us": 1e6}
+SECONDS = {"s": 1.0, "ms": 1e3, "us": 1e6}
 """Units of time in a second."""
 _WRONG_COLUMN = (
     "is this the right column, is the cell connected, and do both cells measure the same tendon?"
@@ -202,8 +202,8 @@ def _note_on_hum(readings: Readings, hum: float) -> str:
     """Return a note on a hum that is filtered out, `hum` in periods a row."""
     shown = f"a period of {1.0 / hum:.3g} rows"
     time = readings.column("time")
-    if time is not None and readings.time_unit in _SECONDS:
-        rate = _SECONDS[readings.time_unit] / float(np.median(np.diff(time)))
+    if time is not None and readings.time_unit in SECONDS:
+        rate = SECONDS[readings.time_unit] / float(np.median(np.diff(time)))
         shown = f"{hum * rate:.3g} Hz at {rate:.3g} readings a second"
         alias = abs(round(_MAINS / rate) * rate - _MAINS)
         if abs(alias - hum * rate) < 0.02 * rate:

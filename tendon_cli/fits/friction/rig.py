@@ -22,6 +22,7 @@ from tendon_cli.units import (
     shorten,
 )
 
+_TIME = re.compile(r"[\d\s][mu]?s$")
 _SMALLEST_BEND = 1e-3
 """Least bend angle, rad: no friction shows in a sheath that is straighter."""
 
@@ -239,31 +240,36 @@ def force_of(given: str | float | None, option: str, unit: str | None) -> float:
     raise UsageError(problem, where=option, hint='write "0.4 N" or "0.4 kgf"')
 
 
-def cell_uncertainty_of(text: str | None, unit: str | None) -> tuple[float | None, float]:
-    """Parse the standard uncertainty of a cell's zero and gain, such as "0.2 N, 0.5 %".
+def cell_uncertainty_of(
+    text: str | None, unit: str | None
+) -> tuple[float | None, float, float | None]:
+    """Parse the standard uncertainty of a cell's zero, gain and delay, "0.2 N, 0.5 %, 5 ms".
 
     Returns:
         Standard uncertainty of the zero, in the unit of the file, None if the text does not give
-        it, and of the gain, as a share.
+        it, of the gain, as a share, and of the delay, s, None if the text does not give it.
 
     Raises:
         UsageError: if the text is not an uncertainty.
     """
-    if text is None:
-        return None, 0.0
-    option = "--cell-uncertainty"
-    hint = 'write "0.2 N, 0.5 %"'
     zero = None
     gain = 0.0
+    delay = None
+    if text is None:
+        return zero, gain, delay
+    option = "--cell-uncertainty"
+    hint = 'write "0.2 N, 0.5 %, 5 ms"'
     for part in map(str.strip, text.split(",")):
-        if not part.endswith("%"):
-            zero = force_of(part, option, unit)
-            continue
         try:
-            gain = parse_measure(part, "number").si
+            if part.endswith("%"):
+                gain = parse_measure(part, "number").si
+            elif _TIME.search(part):
+                delay = parse_measure(part, "time").si
+            else:
+                zero = force_of(part, option, unit)
         except UnitError as error:
             raise UsageError(error.problem, where=option, hint=hint) from error
-    if (zero or 0.0) < 0.0 or not 0.0 <= gain < 1.0:
+    if min(zero or 0.0, delay or 0.0) < 0.0 or not 0.0 <= gain < 1.0:
         problem = f'"{shorten(text)}" is not an uncertainty, expected 0 or more'
         raise UsageError(problem, where=option, hint=hint)
-    return zero, gain
+    return zero, gain, delay

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,9 +12,7 @@ from tendon_cli import say
 from tendon_cli.fits.log_rows import Floats
 from tendon_cli.fits.suit.parameters import Parameter
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate
-from tendon_cli.fits.suit.suit_model import stepped
-from tendon_cli.quantities import SIDES
-from tendon_cli.space.axis import of_side, split_side
+from tendon_cli.space.axis import split_side
 from tendon_cli.studies.study import keys
 
 TOLD = 0.5
@@ -31,8 +27,6 @@ _NORMAL_COVERAGE = 1.959963984540054
 """Half-width of a 95 % interval over the standard deviation of a normal law."""
 _IN_SERIES = ("spring.stiffness", "anchor.stiffness", "tendon.youngs_modulus")
 """Stiffnesses whose compliances add up."""
-_BETTER = 0.6
-"""Relative deviation of a combination, over that of each of its numbers, at most."""
 _STEP = 1e-4
 
 
@@ -84,32 +78,6 @@ class FittedNumber:
         if self.unit == "1":
             return f"{say.number(100.0 * value, digits)} %"
         return f"{say.number(value, digits)} {self.unit}"
-
-
-@dataclass(frozen=True)
-class Combination:
-    """Two numbers of which logs tell one combination better than each."""
-
-    keys: tuple[str, str]
-    name: str
-    value: float
-    std: float
-    unit: str
-
-    @property
-    def record(self) -> dict[str, Any]:
-        """The combination as plain JSON values."""
-        return asdict(self)
-
-    @property
-    def text(self) -> str:
-        """The combination in words."""
-        unit = "" if self.unit == "1" else f" {self.unit}"
-        share = say.number(100.0 * self.std / abs(self.value), 1)
-        return (
-            f"known best: {self.name} = {say.number(self.value, 3)}{unit},"
-            f" to within {share} % (one standard deviation)"
-        )
 
 
 def fitted_numbers(estimate: SuitEstimate) -> list[FittedNumber]:
@@ -193,37 +161,3 @@ def _prior_text(parameter: Parameter, number: FittedNumber) -> str:
     if law.kind == "log-normal":
         return f"{number.text(law.middle)} within a factor of {math.exp(law.spread):.3g}{usual}"
     return f"{number.text(law.middle)} ± {number.text(law.spread, 2)}{usual}"
-
-
-def _series(first: Floats, second: Floats) -> Floats:
-    """Return the stiffness of two springs in series, N/m."""
-    return 1.0 / (1.0 / first + 1.0 / second)
-
-
-_TOGETHER: tuple[tuple[str, str, str, str, Callable[[Any, Any], Any]], ...] = (
-    ("spring.stiffness", "anchor.stiffness", "spring and tissue in series", "N/m", _series),
-    ("sheath.friction", "sheath.bend_angle", "friction over the bend μφ", "1", np.multiply),
-    ("arm.forearm_mass", "arm.forearm_com", "moment of the forearm m_f d_com", "kg m", np.multiply),
-)
-"""Pairs of numbers of which the tendons feel one combination, with its name, unit and formula."""
-
-
-def combinations(estimate: SuitEstimate, numbers: Sequence[FittedNumber]) -> list[Combination]:
-    """Return what a log tells only together."""
-    values = estimate.model.values(stepped(estimate.scores, _STEP))
-    std = {number.key: number.std for number in numbers}
-    found = []
-    for (first, second, name, unit, formula), side in itertools.product(_TOGETHER, ("", *SIDES)):
-        both = (of_side(first, side), of_side(second, side)) if side else (first, second)
-        if not std.keys() >= {*both}:
-            continue
-        formed = np.asarray(formula(values[both[0]], values[both[1]]))
-        slope = (formed[1:] - formed[0]) / _STEP
-        deviation = math.sqrt(float(slope @ estimate.covariance @ slope))
-        told = 1.0 - deviation**2 / max(float(slope @ slope), 1e-300)
-        value = float(formed[0])
-        least = min(std[key] / abs(values[key][0]) for key in both)
-        if told >= TOLD and deviation / abs(value) < _BETTER * least:
-            full_name = f"{name} of the {side}" if side else name
-            found.append(Combination(both, full_name, value, deviation, unit))
-    return found

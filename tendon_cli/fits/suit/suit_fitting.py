@@ -14,7 +14,7 @@ from tendon_cli.files import path_of
 from tendon_cli.fits.given_logs import check_logs
 from tendon_cli.fits.log_rows import Floats
 from tendon_cli.fits.one_thread import one_thread
-from tendon_cli.fits.suit.fitted_numbers import combinations, fitted_numbers
+from tendon_cli.fits.suit.fitted_numbers import fitted_numbers
 from tendon_cli.fits.suit.log_columns import SPOOL_ANGLE, Scaling
 from tendon_cli.fits.suit.parameters import (
     LOAD,
@@ -32,7 +32,7 @@ from tendon_cli.fits.suit.suit_log import SuitLog, read_logs
 from tendon_cli.fits.suit.suit_model import SuitModel
 from tendon_cli.fits.suit.suit_remarks import fast_note, gear_note, warnings_of
 from tendon_cli.fits.suit.suit_result import SuitFit
-from tendon_cli.fits.suit.suit_window import fitted_window
+from tendon_cli.fits.suit.suit_window import fitted_window, rests_of
 from tendon_cli.studies.load import AnyStudy, any_study
 from tendon_cli.studies.study import Study, is_exact
 
@@ -171,27 +171,16 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
     _, predicted_from = groups_of(selection.parts)
     notes = [*on_loads, *(note for log in read for note in log.notes)]
     notes += [*selection.notes, *fast_note(estimate), *gear_note(numbers)]
-    notes.append(_rank_note(estimate))
     window, doubts = fitted_window(estimate, numbers)
     return SuitFit(
         estimate=estimate,
         selection=selection,
         fitted=tuple(numbers),
-        combinations=tuple(combinations(estimate, numbers)),
         misfits=tuple(misfits(estimate)),
         predicted_from=predicted_from,
         window=window,
         doubts=doubts,
+        rests_on=rests_of(estimate, numbers),
         warnings=tuple(warnings_of(estimate, selection, numbers)),
         notes=tuple(notes),
-    )
-
-
-def _rank_note(estimate: SuitEstimate) -> str:
-    """Return how many directions of the parameters the logs tell better than their priors."""
-    sizes = np.linalg.svd(estimate.whitened, compute_uv=False)
-    told = int(np.count_nonzero(sizes > 1.0))
-    return (
-        f"the logs tell {told} combinations of the {len(estimate.scores)} uncertain numbers and"
-        " sensor errors better than the study states them"
     )

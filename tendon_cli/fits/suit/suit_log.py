@@ -214,7 +214,8 @@ def _refuse_blind(table: Table, columns: Mapping[str, Heading | None]) -> None:
         reasons.append("it has no spool angle, motor torque or tension that was measured")
     if not reasons:
         return
-    reasons += [f'"{name}" was asked for or derived, not measured' for name in _wished(table)]
+    wished = wished_columns(table.columns)
+    reasons += [f'"{name}" was asked for or derived, not measured' for name in wished]
     said = " ".join(table.comments)
     if _COMMANDED.search(said) and columns[MOTOR_TORQUE] is not None:
         reasons.append("its first lines say that the torque was commanded, not measured")
@@ -222,8 +223,3 @@ def _refuse_blind(table: Table, columns: Mapping[str, Heading | None]) -> None:
         reasons.append("it has no spool angle")
     problem = f"cannot tell: {'; '.join(reasons)}"
     raise InputError(problem, where=table.source, hint=f"{_ADVICE}; {_NAMING}")
-
-
-def _wished(table: Table) -> list[str]:
-    """Return the headers of what was not measured."""
-    return wished_columns(table.columns)

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from tendon_cli import say
-from tendon_cli.fits.suit.fitted_numbers import Combination, FittedNumber
+from tendon_cli.fits.suit.fitted_numbers import FittedNumber
 from tendon_cli.fits.suit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE
 from tendon_cli.fits.suit.parameters import GEAR_EFFICIENCY, unit_of
 from tendon_cli.fits.suit.prediction import ChannelMisfit
 from tendon_cli.fits.suit.row_selection import Selection
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate
-from tendon_cli.fits.suit.suit_window import Doubt, FittedWindow
+from tendon_cli.fits.suit.suit_window import Doubt, FittedWindow, advice_on
 from tendon_cli.say.display import Displayed
 
 _WIDTH = 100
@@ -31,7 +31,6 @@ class SuitFit(Displayed):
     selection: Selection
     fitted: tuple[FittedNumber, ...]
     """Numbers of the study and errors of sensors."""
-    combinations: tuple[Combination, ...]
     misfits: tuple[ChannelMisfit, ...]
     predicted_from: str
     """Group without which each part was predicted: "log" or "third of the strokes"."""
@@ -39,6 +38,8 @@ class SuitFit(Displayed):
     """Window of the fitted suit at the loads of the logs; None without a fitted pretension."""
     doubts: tuple[Doubt, ...]
     """Numbers that leave most of the doubt in the window, the largest first."""
+    rests_on: Mapping[str, Sequence[str]]
+    """Fitted numbers that rest on a number as stated, which the logs do not tell, by its key."""
     warnings: tuple[str, ...]
     notes: tuple[str, ...]
 
@@ -70,10 +71,10 @@ class SuitFit(Displayed):
         return {
             "numbers": {key: number.record for key, number in self.numbers.items()},
             "sensors": {key: number.record for key, number in self.sensors.items()},
-            "combinations": [combination.record for combination in self.combinations],
             "channels": {name: misfit.record for name, misfit in self.channels.items()},
             "predicted_from": self.predicted_from,
             "window": None if self.window is None else self.window.record,
+            "rests_on": {key: list(resting) for key, resting in self.rests_on.items()},
             "next": [doubt.record for doubt in self.doubts],
             "warnings": list(self.warnings),
             "notes": list(self.notes),
@@ -90,12 +91,8 @@ class SuitFit(Displayed):
         lines.append(self._first_line())
         stated = [number for number in self.fitted if number.is_stated]
         lines += _table(stated)
+        lines += self._assumed_lines()
         lines += _named("not told", _untold(self.fitted))
-        lines += [
-            line
-            for combination in self.combinations[:_MOST_NAMED]
-            for line in _line("together", combination.text)
-        ]
         lines += _named("off", _unusual(self.fitted))
         lines += _line("holds?", self._misfit_text())
         if self.window is not None:
@@ -113,6 +110,18 @@ class SuitFit(Displayed):
         strokes = say.counted(self.estimate.strokes, "stroke")
         of_these = f"{len(told)} of {say.counted(len(stated), 'number')}"
         return f"{logs}, {strokes}: they determine {of_these} to be fitted"
+
+    def _assumed_lines(self) -> list[str]:
+        """Return the numbers as stated on which others rest, and what would tell them."""
+        by_key = {number.key: number for number in self.fitted}
+        lines: list[str] = []
+        for key, resting in self.rests_on.items():
+            text = (
+                f"{key} is {by_key[key].prior}, which the logs do not tell; if it is further"
+                f" off, so may be {say.join_words(resting)}: {advice_on(key)}"
+            )
+            lines += _line("" if lines else "assumed", text)
+        return lines
 
     def _help_lines(self) -> list[str]:
         """Return what would tell the numbers that leave most of the doubt in the window."""

@@ -29,6 +29,9 @@ _GRID = 31
 _LEAST_SHARE = 0.05
 """Least share of the doubt in the window for a number to be named."""
 _MOST_NAMED = 3
+_RESTS = 0.2
+"""Share of the doubt in a number, from which it rests on another number that the logs do not tell:
+three deviations of that one then take it two thirds of the way out of its interval."""
 _TELLS = (
     ("arm.upper_arm_angle", "hang the upper arm at a known angle"),
     ("arm.forearm", "weigh the forearm by a scale under the wrist, the elbow free"),
@@ -188,13 +191,33 @@ def fitted_window(
     doubts: tuple[Doubt, ...] = ()
     if np.all(np.isfinite(slope)):
         std = math.sqrt(float(slope @ estimate.covariance @ slope))
-        doubts = _doubts(estimate, slope, numbers)
+        doubts = tuple(doubts_in(estimate, slope, numbers)[:_MOST_NAMED])
     return FittedWindow(low, high, fitted, to_nearer, std, tuple(loads.tolist())), doubts
 
 
-def _doubts(
+def rests_of(estimate: SuitEstimate, numbers: Sequence[FittedNumber]) -> dict[str, list[str]]:
+    """Return which numbers of the study rest on one as stated, that the logs do not tell, by it."""
+    untold = {number.key for number in numbers if not number.is_stated and not number.is_told}
+    found: dict[str, list[str]] = {}
+    for place, number in enumerate(numbers):
+        if not number.is_stated:
+            continue
+        slope = np.zeros(len(numbers))
+        slope[place] = 1.0
+        for doubt in doubts_in(estimate, slope, numbers):
+            if doubt.key in untold and doubt.share >= _RESTS:
+                found.setdefault(doubt.key, []).append(number.key)
+    return found
+
+
+def advice_on(key: str) -> str:
+    """Return what tells a number."""
+    return next(text for start, text in _TELLS if key.startswith(start))
+
+
+def doubts_in(
     estimate: SuitEstimate, slope: Floats, numbers: Sequence[FittedNumber]
-) -> tuple[Doubt, ...]:
+) -> list[Doubt]:
     """Return the numbers that leave most of the doubt in what has these slopes by the scores.
 
     With the covariance C and the slopes g, a number i that became known would take (C g)_i² / C_ii
@@ -207,6 +230,5 @@ def _doubts(
         key = numbers[place].key
         is_asked = key != PRETENSION and numbers[place].prior != "any"
         if is_asked and shares[place] >= _LEAST_SHARE:
-            advice = next(text for start, text in _TELLS if key.startswith(start))
-            found.append(Doubt(key, float(shares[place]), advice))
-    return tuple(found[:_MOST_NAMED])
+            found.append(Doubt(key, float(shares[place]), advice_on(key)))
+    return found
