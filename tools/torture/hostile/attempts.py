@@ -15,7 +15,7 @@ def try_study(file):
     plan = Plan(study)
     json.dumps(study.record)
     _ = plan.designs, plan.states, plan.parts, study.hash, study.document()
-    case = study.cases[0].name if study.cases else None
+    case = study.cases.names[0] if study.cases else None
     json.dumps(state_page(study, case).record)
 
 
