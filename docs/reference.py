@@ -152,12 +152,12 @@ def _shown(default: Any) -> str:
 
 
 def limit_table() -> str:
-    """Return the table of all limits, with what each needs; units are those of the columns."""
+    """Return the table of all limits, with what each needs."""
     rows = []
     for name, limit in LIMITS.items():
         needs = ", ".join(f"`{need.key}`" for need in limit.needs)
-        rows.append((f"`limits.{name}`", needs))
-    return table(("limit", "needs"), rows)
+        rows.append((f"`limits.{name}`", QUANTITIES[name].unit, needs))
+    return table(("limit", "unit", "needs"), rows)
 
 
 def usual_table() -> str:

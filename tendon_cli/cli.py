@@ -178,8 +178,8 @@ def _as_fault(error: Exception, words: list[str]) -> TendonError:
             hint = f"did you mean {' or '.join(similar)}?"
             return UsageError(f"no such option: {option}", hint=hint)
         hint = "tendon --help lists the commands"
-        is_missing = type(error).__name__ == "MissingParameter"
-        if is_missing and getattr(error.param, "metavar", None) == STUDY:  # type: ignore[attr-defined]
+        missing = getattr(error, "param", None)
+        if type(error).__name__ == "MissingParameter" and getattr(missing, "metavar", "") == STUDY:
             hint = hint_at_study(command)
         return UsageError(str(message()), hint=hint)
     if isinstance(error, OSError):

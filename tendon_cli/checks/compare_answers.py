@@ -457,7 +457,8 @@ def _moves(
     """Return whom the second answer serves and the first does not, and the other way round."""
     before, now = (_served_by_name(one) for one in pair)
     if before is None or now is None or not _are_the_same(before, now, pair, differences):
-        before = now = {}
+        before = {}
+        now = {}
     if not before and paired is None:
         return None, None
     gained = [member for member in before if now[member] and not before[member]]
