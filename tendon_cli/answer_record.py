@@ -159,6 +159,11 @@ class QuestionRecord(Record):
         'Place in its window at which a choice is set: "reserve", "middle" or "least"',
     ]
 
+    @property
+    def setting_digits(self) -> int:
+        """Significant digits of what to set: the seed of a sample decides on the fourth."""
+        return 3 if self.set_by_sample else 4
+
 
 @dataclass(kw_only=True)
 class VerifiedRecord(Record):

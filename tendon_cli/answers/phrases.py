@@ -237,9 +237,7 @@ def pretension_words(question: QuestionRecord, best: ChoiceRecord) -> str:
     window = window_of(best)
     if pretension is None or window is None:
         return "-"
-    if question.set_by_sample:  # whose seed decides on the fourth digit
-        return f"{say.number_within(pretension, *window, 3)} {question.unit}"
-    return f"{say.number_within(pretension, *window)} {question.unit}"
+    return f"{say.number_within(pretension, *window, question.setting_digits)} {question.unit}"
 
 
 def lower_words(question: QuestionRecord, row: ChoiceRecord, gauge: str = "") -> str:

@@ -270,8 +270,9 @@ def other_end_words(question: QuestionRecord, best: ChoiceRecord) -> str:
     is_motor = is_read_at_motor(question)
     names = SET_AT_JOINT if is_motor else SET_AT_MOTOR
     end = "joint" if is_motor else "motor"
-    digits = 3 if question.set_by_sample else 4
-    flexor, extensor = (say.quantity(name, value_of(best, name), digits) for name in names)
+    flexor, extensor = (
+        say.quantity(name, value_of(best, name), question.setting_digits) for name in names
+    )
     return f"at the {end} {flexor} in the flexor, {extensor} in the extensor"
 
 

@@ -81,7 +81,7 @@ def _bench_text(record: AnswerRecord) -> list[str]:
     at_motor = ""
     if None not in motor:
         texts = [
-            say.quantity(f"{name}_motor", value, 4)
+            say.quantity(f"{name}_motor", value, record["question"].setting_digits)
             for name, value in zip(_GAUGES, motor, strict=True)
         ]
         at_motor = f", {' and '.join(texts)} at the motor"
@@ -105,13 +105,14 @@ def gauge_text(record: AnswerRecord, choice: ChoiceRecord) -> str:
     values = [value_of(choice, name) for name in _GAUGES]
     if None in values:
         return ""
+    digits = record["question"].setting_digits
     flexor, extensor = (
-        say.quantity(name, value, 4) for name, value in zip(_GAUGES, values, strict=True)
+        say.quantity(name, value, digits) for name, value in zip(_GAUGES, values, strict=True)
     )
     pretension = choice["pretension"]
     behind = ""
     if pretension is not None and record["question"]["read"] == "pretension":
-        behind = f" (F₀ = {say.quantity('pretension', pretension, 4)})"
+        behind = f" (F₀ = {say.quantity('pretension', pretension, digits)})"
     return f"{flexor} in the flexor, {extensor} in the extensor{behind}"
 
 

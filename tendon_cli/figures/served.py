@@ -151,9 +151,11 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
     page = framed(population["title"], 68.0, key, notes, study=source_of(record), is_of_answer=True)
     shape: dict[str, Any] = {"ncols": 2, "width_ratios": [1.5, 1.0]} if has_bodies else {}
     panels = page.figure.subplots(1, squeeze=False, **shape)[0]
-    _draw_windows(panels[0], low, high, is_served, band, pretension, record["question"]["unit"])
+    question = record["question"]
+    set_to = f"{say.number(pretension, question.setting_digits)} {question.unit}"
+    _draw_windows(panels[0], low, high, is_served, band, pretension, set_to)
     name = _reading_name(record)
-    panels[0].set_ylabel(f"{name} ({record['question']['unit']})")
+    panels[0].set_ylabel(f"{name} ({question.unit})")
     if len(low) > 1:
         read = name.partition(" in the ")[0]
         panels[0].set_xlabel(f"{kind}, sorted by the least {read} they need (%)")
@@ -260,7 +262,7 @@ def _draw_windows(
     is_served: Flags,
     band: tuple[float, float],
     pretension: float,
-    unit: str,
+    set_to: str,
 ) -> None:
     """Draw windows as lines, in the order of their lower ends.
 
@@ -271,7 +273,7 @@ def _draw_windows(
         is_served: True for those whom the pretension serves.
         band: Pretensions that serve enough, N; NaN if there are none.
         pretension: The pretension chosen, N; NaN if there is none.
-        unit: Unit of what is read.
+        set_to: The pretension chosen in words.
     """
     balanced = np.flatnonzero(~np.isnan(low))
     order = balanced[np.lexsort((high[balanced], low[balanced]))]
@@ -298,7 +300,7 @@ def _draw_windows(
     if np.isfinite(pretension):
         axes.axhline(pretension, color=INK, linewidth=0.9, zorder=4)
         axes.annotate(
-            f"{pretension:.4g} {unit}",
+            set_to,
             (0.01, pretension),
             xycoords=("axes fraction", "data"),
             xytext=(0, 2),

@@ -1,5 +1,7 @@
 """Figures of persons and draws hold what they are given, odd windows too."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -23,6 +25,13 @@ def has(pixels, colour):
     return bool((differences.max(axis=1) < 12).any())
 
 
+class Question(SimpleNamespace):
+    """Question whose fields are had by name and by index, as those of a record are."""
+
+    def __getitem__(self, name):
+        return getattr(self, name)
+
+
 def record(read="pretension", **population):
     """Return the record of a population for whom nothing is known unless it is given."""
     unknown = {
@@ -39,7 +48,7 @@ def record(read="pretension", **population):
         "serve": 0.95,
         "best": None,
         "study": {"setting": {"read": read}},
-        "question": {"unit": "N", "read": read},
+        "question": Question(unit="N", read=read, setting_digits=4),
         "population": {**unknown, **population},
     }
 
