@@ -52,7 +52,7 @@ from tendon_cli.engine.cutoff_check import check_of_designs
 from tendon_cli.engine.plan import columns_of_motion
 from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.window import Ends
-from tendon_cli.space.axis import PRETENSION
+from tendon_cli.space.axis import PRETENSION, limit_of
 from tendon_cli.space.space import Space
 from tendon_cli.studies.answer_draws import numbers_of_paper
 from tendon_cli.tables.schema import finite_or_none
@@ -212,11 +212,18 @@ def _checks(solver: Solver, choice: Solutions) -> ChecksRecord | None:
 
 
 def _nominal(solver: Solver, choice: Solutions) -> tuple[Solver, Solutions]:
-    """Return the solver of the suit without deviations where these are drawn, and its solution."""
+    """Return the solver of the suit without deviations where these are drawn, and its solution.
+
+    Drawn rows that set limits stay: no other number of the study says what the suit must keep.
+    """
     question = solver.question
     if not question.study.usual:
         return solver, choice
-    others = tuple(axis for axis in question.conditions.axes if axis.role != "draw")
+    others = tuple(
+        axis
+        for axis in question.conditions.axes
+        if axis.role != "draw" or any(map(limit_of, axis.numbers))
+    )
     sample = replace(question.sample, enough=1.0, sets_by_sample=False)
     exact = replace(question, conditions=Space(others), serve=1.0, sample=sample)
     of_suit = solver.for_question(exact)

@@ -14,6 +14,7 @@ from tendon_cli.say import JointName, name_joint
 from tendon_cli.studies.row_reading import known_columns
 
 MOTION = {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 4}}
+DRAWS_USUAL = True
 EXACT = {"uncertainty": {"usual": False}, "design": {"verify": 0, "advice": False}}
 
 
@@ -248,3 +249,18 @@ def test_threads_draw_at_once(tmp_path):
     assert failed == []
     pictures = {(tmp_path / f"{number}-2.png").read_bytes() for number in range(4)}
     assert len(pictures) == 1
+
+
+def test_drawn_rows_may_set_limits(tmp_path):
+    """What usual errors would do is told of a suit that keeps the limits of all rows."""
+    rows = [{"name": name, "limits.max_tension": f"{name} N"} for name in ("400", "500")]
+    study = {
+        "spool": {"ratio": 0.4},
+        "anchor": {"stiffness": "2 kN/m"},
+        "motion": MOTION,
+        "design": {"verify": 0, "advice": False},
+        "table": [{"name": "rope", "role": "draw", "rows": rows}],
+    }
+    record = tendon.design(tendon.study(study), tmp_path / "answer").record
+    assert {row["key"] for row in record["sensitivities"]} >= {"spool.ratio"}
+    assert not tendon.open(tmp_path / "answer").is_negative
