@@ -190,12 +190,13 @@ def _choice_record(
 def _set_by_second_sample(solver: Solver, choices: Solutions) -> Solutions:
     """Return choices as a second and larger sample sets them, if the question has one.
 
-    Columns of motion that are no goals are those of the question's own sample: along ten thousand
-    motions they would take ten times as long as all the rest.
+    Columns of a cycle that are no goals are those of the question's own sample: for ten thousand
+    draws they would take ten times as long as all the rest.
     """
     if not solver.question.sample.sets_by_sample:
         return choices
-    second = Verifier.of(replace(solver, with_motion=False), second=True)
+    is_cycle = solver.question.study.trajectory is None
+    second = Verifier.of(replace(solver, with_motion=not is_cycle), second=True)
     if second is None:
         return choices
     as_set = second.set_choices(choices)

@@ -28,7 +28,7 @@ the end of the window.
 """
 _MOST_NEAR = 16
 """Most conditions at each end for which its error is estimated: the tightest."""
-_MOST_SAMPLES = 2**16
+_MOST_SAMPLES = 2**12
 """Most samples of a trajectory, times the conditions, in an estimate."""
 # The dense samples miss at most 3 % of an error near the ends of the motion, and elsewhere 1.2 % of
 # the largest error; the rest is reserve.
