@@ -252,7 +252,7 @@ def test_threads_draw_at_once(tmp_path):
 
 
 def test_drawn_rows_may_set_limits(tmp_path):
-    """What usual errors would do is told of a suit that keeps the limits of all rows."""
+    """Usual errors are told of a suit that keeps the limits of all rows."""
     rows = [{"name": name, "limits.max_tension": f"{name} N"} for name in ("400", "500")]
     study = {
         "spool": {"ratio": 0.4},

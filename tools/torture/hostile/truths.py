@@ -120,7 +120,7 @@ def check_sweep(answer, content, file):
     # A sweep draws no usual deviations.
     is_usual = content.get("uncertainty", {}).get("usual", True)
     # F0 of the study's own arm is another reading on the arms of conditions and draws.
-    is_of_own_arm = answer.record["question"]["shows_own_f0"]
+    is_of_own_arm = answer.record["question"].get("shows_own_f0", False)
     if best is None or "people" in content or is_drawn or is_usual or is_of_own_arm:
         return
     low = best["pretension_from"]
