@@ -20,7 +20,6 @@ from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.usual import USUAL
 from tendon_cli.studies.values import Uncertain
 from tendon_cli.tables.schema import finite_or_none
-from tendon_cli.windows.coverage import serves
 from tendon_cli.windows.question import LEAN, Question
 from tendon_cli.windows.solutions import Solutions, solve_windows
 from tendon_cli.windows.solver import Solver
@@ -240,7 +239,7 @@ def _otherwise(
     changed = solver.for_question(question.with_numbers(numbers))
     ends = changed.ends(others.points, at)
     anew, _ = solve_windows(changed, others.points, ends)
-    is_served = serves(*question.groups.windows(ends.low, ends.high), at[:, np.newaxis])
+    is_served = question.groups.served_at(ends.low, ends.high, at)
     place = int(np.flatnonzero(others.row == before.row)[0])
     after = anew.select([place])
     return AssumedRecord(

@@ -19,7 +19,6 @@ from tendon_cli.answers.verified_record import verified_record
 from tendon_cli.model.kinematics import Rows
 from tendon_cli.proof.certify import Certificate, Report, certify
 from tendon_cli.windows import candidates
-from tendon_cli.windows.coverage import serves
 from tendon_cli.windows.question import (
     Question,
     affords_motion,
@@ -96,9 +95,13 @@ def choose(solver: Solver, solved: Solutions, report: Report) -> Chosen:
     rows = np.union1d(candidates.relevant(solved, solver.question), to_prove)
     of_own_sample = solved.select(rows)
     with_motion = replace(solver, with_motion=affords_motion(solver.question, len(rows)))
-    if with_motion.columns_of_motion != solver.columns_of_motion:
-        of_own_sample = solve(with_motion, of_own_sample.points)
-    as_set = _set_by_second_sample(with_motion, of_own_sample)
+    second = _second_sample(with_motion)
+    if second is not None:
+        as_set = _set_by(second, with_motion, of_own_sample)
+    elif with_motion.columns_of_motion != solver.columns_of_motion:
+        as_set = solve(with_motion, of_own_sample.points)
+    else:
+        as_set = of_own_sample
     question = of_second_sample(solver.question)
     relevant = as_set
     while True:
@@ -187,18 +190,28 @@ def _choice_record(
     )
 
 
-def _set_by_second_sample(solver: Solver, choices: Solutions) -> Solutions:
-    """Return choices as a second and larger sample sets them, if the question has one.
+def _second_sample(solver: Solver) -> Verifier | None:
+    """Return the second and larger sample that sets choices; None if the question has none.
 
-    Columns of a cycle that are no goals are those of the question's own sample: for ten thousand
-    draws they would take ten times as long as all the rest.
+    It leaves out columns of a cycle that are no goals: for ten thousand draws they would take ten
+    times as long as all the rest.
     """
     if not solver.question.sample.sets_by_sample:
-        return choices
+        return None
     is_cycle = solver.question.study.trajectory is None
-    second = Verifier.of(replace(solver, with_motion=not is_cycle), second=True)
-    if second is None:
-        return choices
+    return Verifier.of(replace(solver, with_motion=not is_cycle), second=True)
+
+
+def _set_by(second: Verifier, solver: Solver, choices: Solutions) -> Solutions:
+    """Return choices as a second sample sets them.
+
+    Columns of motion that it leaves out are those of the question's own sample.
+
+    Args:
+        second: The second sample.
+        solver: Solver of the question.
+        choices: Choices of the question, solved under its own conditions.
+    """
     as_set = second.set_choices(choices)
     goals = as_set.worst.motion
     others = [name for name in solver.columns_of_motion if name not in goals]
@@ -206,8 +219,8 @@ def _set_by_second_sample(solver: Solver, choices: Solutions) -> Solutions:
         return as_set
     ends = solver.ends(as_set.points)
     groups = solver.question.groups
-    windows = groups.windows(ends.low, ends.high)
-    served = serves(*windows, as_set.pretension[:, np.newaxis])[:, groups.of]
+    is_served = groups.served_at(ends.low, ends.high, as_set.pretension)
+    served = is_served[:, groups.of]
     known = solver.worst_of_motion(as_set.points, as_set.pretension, served, others)
     return replace(as_set, worst=replace(as_set.worst, motion={**goals, **known}))
 

@@ -40,7 +40,6 @@ from tendon_cli.windows.advice import (
     least_rope,
     least_spool,
 )
-from tendon_cli.windows.coverage import serves
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import Solutions
 from tendon_cli.windows.solver import Solver
@@ -76,8 +75,7 @@ def parts_record(solver: Solver, choice: Solutions, ends: Ends) -> PartsRecord |
     """
     question = solver.question
     groups = question.groups
-    group_low, group_high = groups.windows(ends.low, ends.high)
-    is_served = serves(group_low, group_high, choice.pretension[:, np.newaxis])
+    is_served = groups.served_at(ends.low, ends.high, choice.pretension)
     served = is_served[:, groups.of]  # (1, conditions)
     if not served.any():
         return None

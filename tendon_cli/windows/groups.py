@@ -11,7 +11,7 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.space.space import Space
-from tendon_cli.windows.coverage import Coverage, effective_count, normalise, share_served
+from tendon_cli.windows.coverage import Coverage, effective_count, normalise, serves, share_served
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +96,16 @@ class Groups:
         """
         firsts = self.first_conditions
         return np.maximum.reduceat(low, firsts, axis=1), np.minimum.reduceat(high, firsts, axis=1)
+
+    def served_at(self, low: Array, high: Array, pretension: Array) -> Flags:
+        """Return True where a choice serves a group at its pretension, (choices, groups).
+
+        Args:
+            low: Lower ends of the windows of conditions, (choices, conditions), N.
+            high: Upper ends.
+            pretension: Pretensions of the choices, (choices,), N.
+        """
+        return serves(*self.windows(low, high), pretension[:, np.newaxis])
 
     def coverage(self, low: Array, high: Array, *, serve: float = 1.0) -> Coverage:
         """Return the windows and shares of groups that one pretension can serve.
