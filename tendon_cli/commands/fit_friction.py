@@ -66,9 +66,7 @@ FitFigureOption = Annotated[
 ]
 FragmentOption = Annotated[
     Path | None,
-    options.output_option(
-        "write the coefficient to a file for [sheath] friction_from", "FILE", *options.OUT
-    ),
+    options.out_option("write the coefficient to a file for [sheath] friction_from"),
 ]
 
 

@@ -22,9 +22,7 @@ SuitFigureOption = Annotated[
 ]
 SuitFragmentOption = Annotated[
     Path | None,
-    options.output_option(
-        "write the numbers to a file for `fitted_from` of a study", "FILE", *options.OUT
-    ),
+    options.out_option("write the numbers to a file for `fitted_from` of a study"),
 ]
 
 

@@ -114,8 +114,9 @@ def output_option(text: str, metavar: str = "FILE", *names: str) -> Any:
     return option(metavar, text, *names, parser=results_path)
 
 
-OUT = ("--out", "-o")
-"""Names of the option for what a command writes."""
+def out_option(text: str, metavar: str = "FILE") -> Any:
+    """Make the option for what a command is there to write, `--out`."""
+    return output_option(text, metavar, "--out", "-o")
 
 
 def hint_at_study(command: str) -> str:
@@ -163,7 +164,7 @@ RowOption = Annotated[
         "TABLE=NAME", "take this row of a table; repeatable", "--row", completer=completion.rows
     ),
 ]
-OutFileOption = Annotated[Path | None, output_option("file to write", "FILE", *OUT)]
+OutFileOption = Annotated[Path | None, out_option("file to write")]
 JsonOption = Annotated[bool, typer.Option("--json", help="print exactly one JSON object")]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
 
@@ -171,10 +172,8 @@ QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing 
 
 OutFolderOption = Annotated[
     Path | None,
-    output_option(
-        "folder to write to; default: results/<name>, or results/<name>-design for an answer",
-        "DIR",
-        *OUT,
+    out_option(
+        "folder to write to; default: results/<name>, or results/<name>-design for an answer", "DIR"
     ),
 ]
 JobsOption = Annotated[

@@ -153,9 +153,7 @@ def compare(
 
 PageOption = Annotated[
     Path | None,
-    options.output_option(
-        "file to write; default: report.html in the run's folder", "FILE", *options.OUT
-    ),
+    options.out_option("file to write; default: report.html in the run's folder"),
 ]
 
 
