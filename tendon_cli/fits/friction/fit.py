@@ -38,7 +38,7 @@ from tendon_cli.fits.friction.rig import (
 )
 from tendon_cli.fits.friction.strokes import by_file, presliding_of, speed_of, strokes_of
 from tendon_cli.fits.friction.usable_rows import INSIDE, PARTIAL, USED, Log
-from tendon_cli.fits.given_logs import check_logs
+from tendon_cli.fits.given_logs import given_logs
 from tendon_cli.fits.log_rows import Floats
 from tendon_cli.units import shorten
 
@@ -96,9 +96,7 @@ def fit_friction(
     if motor not in {None, "1", "2"}:
         raise UsageError(f'"{motor}" is not a load cell', where="--motor", hint='"1" or "2"')
     bend = bend_angle_of(bend_angle, None if route is None else path_of(route), path_smoothing)
-    given: list[Any] = list(path) if isinstance(path, list | tuple) else [path]
-    sources = [path_of(one) if isinstance(one, str | PathLike) else one for one in given]
-    check_logs(sources)
+    sources = given_logs(path)
     parts = []
     for source in sources:
         read = read_readings(

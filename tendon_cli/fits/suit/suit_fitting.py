@@ -10,8 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from tendon_cli.errors import InputError
-from tendon_cli.files import path_of
-from tendon_cli.fits.given_logs import check_logs
+from tendon_cli.fits.given_logs import given_logs
 from tendon_cli.fits.log_rows import Floats
 from tendon_cli.fits.one_thread import one_thread
 from tendon_cli.fits.suit.fitted_numbers import fitted_numbers
@@ -151,9 +150,7 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
     0.084
     """
     checked = any_study(study)
-    given: list[Any] = list(logs) if isinstance(logs, list | tuple) else [logs]
-    sources = [path_of(one) if isinstance(one, str | PathLike) else one for one in given]
-    check_logs(sources)
+    sources = given_logs(logs)
     section = checked.fit
     constant = section.torque_constant
     counts = section.counts_per_turn
