@@ -151,11 +151,10 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
     page = framed(population["title"], 68.0, key, notes, study=source_of(record), is_of_answer=True)
     shape: dict[str, Any] = {"ncols": 2, "width_ratios": [1.5, 1.0]} if has_bodies else {}
     panels = page.figure.subplots(1, squeeze=False, **shape)[0]
-    question = record["question"]
-    set_to = f"{say.number(pretension, question.setting_digits)} {question.unit}"
+    set_to = _setting_text(record, pretension)
     _draw_windows(panels[0], low, high, is_served, band, pretension, set_to)
     name = _reading_name(record)
-    panels[0].set_ylabel(f"{name} ({question.unit})")
+    panels[0].set_ylabel(f"{name} ({record['question']['unit']})")
     if len(low) > 1:
         read = name.partition(" in the ")[0]
         panels[0].set_xlabel(f"{kind}, sorted by the least {read} they need (%)")
@@ -253,6 +252,12 @@ def members(rows: Table, reason: ReasonRecord, pretension: float) -> npt.NDArray
             is_upper = np.isin(rows["to_by"], [*limits, ""])
             fits = ~has_window & (rows["from_by"] == limits[0]) & is_upper
     return np.flatnonzero((rows["served"] < 1.0) & fits)
+
+
+def _setting_text(record: AnswerRecord, pretension: float) -> str:
+    """Say a pretension that is set by the digits of the answer, such as "36.4 N"."""
+    question = record["question"]
+    return f"{say.number(pretension, question.setting_digits)} {question.unit}"
 
 
 def _draw_windows(
@@ -370,7 +375,7 @@ def _draw_probability(axes: Axes, record: AnswerRecord) -> None:
     if np.isfinite(chosen):
         axes.axvline(chosen, color=INK, linewidth=0.9)
         axes.annotate(
-            f"{chosen:.4g} {record['question']['unit']}",
+            _setting_text(record, chosen),
             (chosen, 0.02),
             xycoords=("data", "axes fraction"),
             xytext=(3, 0),
