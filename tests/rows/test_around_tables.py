@@ -6,6 +6,7 @@ import threading
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.figure import Figure
 
 import tendon_cli as tendon
 from tendon_cli.errors import InputError, StudyError
@@ -230,25 +231,35 @@ def test_a_declared_figure_has_the_columns_of_tables(tmp_path):
     assert (run.folder / "f.png").exists()
 
 
-def test_threads_draw_at_once(tmp_path):
+def test_threads_draw_one_after_the_other(tmp_path, monkeypatch):
+    """Matplotlib's settings and its parser of formulas serve one thread at a time."""
     run = tendon.sweep(study_of(springs(("a", "3 kN/m", 1), ("b", "5 kN/m", 2))), tmp_path / "run")
+    whole_draw = Figure.draw
+    order = []
     failed = []
+
+    def draw_slowly(figure, *args, **options):
+        order.append(("begin", threading.get_ident()))
+        threading.Event().wait(0.02)  # time for another thread
+        whole_draw(figure, *args, **options)
+        order.append(("end", threading.get_ident()))
 
     def draw(number):
         try:
-            for again in range(3):
-                run.plot(out=tmp_path / f"{number}-{again}.png")
+            run.plot(out=tmp_path / f"{number}.png")
         except Exception as error:  # noqa: BLE001 - whatever it is
             failed.append(error)
 
+    monkeypatch.setattr(Figure, "draw", draw_slowly)
     threads = [threading.Thread(target=draw, args=(number,)) for number in range(4)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
     assert failed == []
-    pictures = {(tmp_path / f"{number}-2.png").read_bytes() for number in range(4)}
-    assert len(pictures) == 1
+    assert [what for what, _ in order] == ["begin", "end"] * (len(order) // 2)
+    assert len({thread for _, thread in order}) == 4
+    assert len({(tmp_path / f"{number}.png").read_bytes() for number in range(4)}) == 1
 
 
 def test_drawn_rows_may_set_limits(tmp_path):
