@@ -274,9 +274,10 @@ class PlanColumns:
         name = keys()[key].column
         common = space.number(key)
         numbers = {name: common}
-        if key in space.keys_of_sides and not isinstance(common.value, Spline):
-            numbers = {name: Varying(None)}
-            numbers |= {f"{name}_{side}": space.number(key, side) for side in SIDES}
+        if key in space.keys_of_sides:
+            of_sides = {f"{name}_{side}": space.number(key, side) for side in SIDES}
+            if not all(isinstance(number.value, Spline) for number in of_sides.values()):
+                numbers = {name: Varying(None), **of_sides}
         columns: dict[Column, BlockValues] = {}
         for column_name, number in numbers.items():
             # A bend that follows the joint is a curve, not a number.

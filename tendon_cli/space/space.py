@@ -284,8 +284,9 @@ class Space:
             for place, values in along_axes[candidate]:
                 is_silent = np.isnan(values)
                 given = values
-                if not is_silent.any():  # overrules all that came before
+                if not is_silent.any():  # overrules all that came before, a curve, too
                     sets = []
+                    value = np.nan if isinstance(value, Spline) else value
                 elif not sets:
                     given = np.where(is_silent, value, values)
                 # A number that is the same in several named rows does not vary over them.

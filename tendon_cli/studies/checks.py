@@ -578,8 +578,13 @@ def _other_setter(
     if key in study.body_numbers:
         hint = f"give {key} in the study, too: then it holds for everyone, except in these rows"
         return f"{key} comes from the body of each person", hint
-    if key in bends_of(study) and isinstance(bends_of(study)[key], CurveTable):
+    bends = bends_of(study)
+    if isinstance(bends.get(key), CurveTable):
         return f"{key} follows the joint in this study", _LEAVE_ONE_OUT
+    common, _ = split_side(key)
+    if key not in study.numbers and isinstance(bends.get(common), CurveTable):
+        hint = f"give {key} in the study, too: then it holds except in these rows"
+        return f"{common} follows the joint in this study", hint
     for owner, names, given in _GIVEN_BY:
         owned = {f"{owner}.{name}" for name in names}
         given_table, _, given_name = given.partition(".")

@@ -5,7 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+import tendon_cli as tendon
 from tendon_cli.engine.plan import Plan
+from tendon_cli.errors import StudyError
 from tendon_cli.space.axis import Axis, overlay
 from tendon_cli.space.space import Space
 from tendon_cli.studies.load import study_from
@@ -116,3 +118,29 @@ def test_a_side_goes_before_both_and_a_case_before_the_study():
     np.testing.assert_allclose(extensor_bend, 100.0)
     np.testing.assert_array_equal(values("tendon.length", "flexor"), [1.0, 2.0, 3.0])
     np.testing.assert_array_equal(values("tendon.length", "extensor"), [2.5, 2.5, 1.0])
+
+
+def test_a_side_goes_before_a_bend_that_follows_the_joint(tmp_path):
+    """A list of a side's bends gives the designs of each, and its table is read again."""
+    curve = {"angle": ["0 deg", "90 deg"], "bend": ["122 deg", "118 deg"]}
+
+    def sweep(bends, folder=None):
+        study = {"sheath": {"bend_angle": curve, "extensor": {"bend_angle": bends}}}
+        return tendon.sweep({"tendon": {"pretension": "200 N"}} | study, folder)
+
+    listed = sweep(["100 deg", "500 deg"], tmp_path / "run")
+    single = [sweep(bend).designs["max_tension"][0] for bend in ("100 deg", "500 deg")]
+    np.testing.assert_allclose(listed.designs["max_tension"], single, rtol=1e-12)
+    np.testing.assert_allclose(np.degrees(listed.designs["bend_angle_extensor"]), [100.0, 500.0])
+    assert listed.designs["bend_angle_flexor"].isna().all()
+    tendon.check(tmp_path / "run")
+
+
+def test_rows_do_not_replace_a_bend_that_follows_the_joint():
+    """Rows that set no bend would need the curve, which no row holds."""
+    curve = {"angle": ["0 deg", "90 deg"], "bend": ["122 deg", "118 deg"]}
+    rows = [{"name": "a", "sheath": {"extensor": {"bend_angle": "500 deg"}}}, {"name": "b"}]
+    with pytest.raises(StudyError, match=r"sheath\.bend_angle follows the joint"):
+        study_from({"sheath": {"bend_angle": curve}, "cases": rows})
+    whole = {"bend_angle": curve, "extensor": {"bend_angle": "100 deg"}}
+    assert len(space_of(study_from({"sheath": whole, "cases": rows}))) == 2
