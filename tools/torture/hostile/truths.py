@@ -138,7 +138,7 @@ def check_sweep(answer, content, file):
         return
     chosen = choice_of(content, best, answer.record["question"]["choices"], tendon.study(file))
     chance = 0.0
-    if answer.record["question"]["set_by_sample"]:
+    if answer.record["question"].get("set_by_sample"):
         chosen["uncertainty"] |= {"draws": DRAWS, "seed": 1 + chosen["uncertainty"].get("seed", 1)}
         chance = CHANCE
     designs = tendon.sweep(tried(chosen, file), jobs=1).designs
