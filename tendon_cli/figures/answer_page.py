@@ -66,9 +66,17 @@ def answer_page(
             rest = f"all else from the {word} {say.join_words(tables)}, or by default"
         lines.append(f"With {', '.join(given)}; {rest}.")
     name = record["title"] or record["name"]
-    size: dict[str, Any] = {"width": width, "height": height}
     whole = f"{name}: {title}"
-    return framed(whole, panels, key, lines, study=source_of(record), subtitle=subtitle, **size)
+    return framed(
+        whole,
+        panels,
+        key,
+        lines,
+        study=source_of(record),
+        subtitle=subtitle,
+        width=width,
+        height=height,
+    )
 
 
 def _bench_text(record: AnswerRecord) -> list[str]:

@@ -125,9 +125,10 @@ def _travels_page(study: Study, angles: Sequence[float]) -> Page:
             curve = curves[f"joint.{side}_excursion"]
             zero = float(curve(np.asarray(origin)))
             points = 1e3 * (np.array(table.columns[side]) - zero)
-            dots: dict[str, Any] = {"color": colour, "markersize": 2.5, "gid": "measured"}
             travel.plot(degrees, 1e3 * (curve(span) - zero), color=colour, gid="travel")
-            travel.plot(np.degrees(measured), points, "o", **dots)
+            travel.plot(
+                np.degrees(measured), points, "o", color=colour, markersize=2.5, gid="measured"
+            )
             arm.plot(degrees, 1e3 * curve(span, 1), color=colour, gid="moment arm")
         motion = study.motion.elbow_angle.array
         for axes, label in ((travel, "travel H (mm)"), (arm, "moment arm J = dH/dθ (mm)")):
@@ -153,8 +154,15 @@ def _draw_limbs(axes: Axes, shape: ArmShape, width: float) -> None:
     sizes = shape.sizes
     points = shape.anchors
     bones = (sizes.upper_arm * shape.up, _ZERO, sizes.forearm * shape.along)
-    limb: dict[str, Any] = {"color": "#eadfd3", "solid_joinstyle": "round"}
-    _line(axes, *bones, linewidth=9.0 * width, zorder=0.5, gid="limb", **limb)
+    _line(
+        axes,
+        *bones,
+        linewidth=9.0 * width,
+        zorder=0.5,
+        gid="limb",
+        color="#eadfd3",
+        solid_joinstyle="round",
+    )
     _line(axes, *bones, color="#8c7b6b", linewidth=0.8, zorder=1, gid="bones")
     radius = float(sizes.anchors.elbow_radius)
     axes.add_patch(Circle((0.0, 0.0), radius, fill=False, zorder=1.5, gid="pulley", **_PULLEY))
@@ -164,8 +172,16 @@ def _draw_limbs(axes: Axes, shape: ArmShape, width: float) -> None:
     _line(axes, *sheath, color=FLEXOR, linewidth=width, linestyle=(0, (2.0, 1.0)), zorder=2)
     _line(axes, points["r"], points["s"], color=INK, linewidth=0.7, zorder=2.5)
     _line(axes, points["p"], points["q"], color=INK, linewidth=0.7, zorder=2.5)
-    dots: dict[str, Any] = {"marker": "o", "markersize": 2.2 * width**0.5, "linestyle": "none"}
-    _line(axes, *points.values(), color=INK, zorder=3, gid="anchors", **dots)
+    _line(
+        axes,
+        *points.values(),
+        color=INK,
+        zorder=3,
+        gid="anchors",
+        marker="o",
+        markersize=2.2 * width**0.5,
+        linestyle="none",
+    )
     axes.plot(0.0, 0.0, marker="o", markersize=4.0, zorder=3, **_WHITE)
     axes.plot(*sizes.forearm_com * shape.along, marker="P", markersize=5.0, zorder=3, **_WHITE)
     axes.plot(*sizes.load_distance * shape.along, zorder=3, gid="load", **_LOAD)
@@ -180,8 +196,9 @@ def _draw_dimensions(axes: Axes, shape: ArmShape) -> None:
     radius = float(joint.elbow_radius)
     _draw_limbs(axes, shape, 1.6)
     _line(axes, _ZERO, foot, color=FLEXOR, linewidth=0.7, linestyle=(0, (1.5, 1.2)), zorder=2)
-    beside: dict[str, Any] = {"xytext": (2, 2), "textcoords": "offset points"}
-    axes.annotate("J", tuple(foot / 2.0), color=FLEXOR, size=7.5, **beside)
+    axes.annotate(
+        "J", tuple(foot / 2.0), color=FLEXOR, size=7.5, xytext=(2, 2), textcoords="offset points"
+    )
     step = 0.055 * (sizes.upper_arm + sizes.forearm)
     back = -shape.front
     under = -shape.forearm_front
@@ -252,8 +269,7 @@ def _draw_angle(
     """
     low, high = sorted((start, start + math.degrees(angle)))
     size = 2 * radius
-    style: dict[str, Any] = {"theta1": low, "theta2": high, "color": FAINT, "linewidth": 0.6}
-    axes.add_patch(Arc((0.0, 0.0), size, size, **style))
+    axes.add_patch(Arc((0.0, 0.0), size, size, theta1=low, theta2=high, color=FAINT, linewidth=0.6))
     middle = math.radians(start) + angle / 2.0
     x = distance * math.cos(middle)
     y = distance * math.sin(middle)
@@ -310,8 +326,11 @@ def _draw_spool(
     largest: float,
 ) -> None:
     """Draw one part of the spool; its tendon leaves it on top if `side` is 1, below if it is -1."""
-    disc: dict[str, Any] = {"facecolor": "#f4f4f4", "edgecolor": colour, "linewidth": 1.6}
-    axes.add_patch(Circle(tuple(centre), radius, gid="spool", **disc))
+    axes.add_patch(
+        Circle(
+            tuple(centre), radius, gid="spool", facecolor="#f4f4f4", edgecolor=colour, linewidth=1.6
+        )
+    )
     tangent = centre + np.array([0.0, side * radius])
     end = tangent + np.array([2.2 * largest, 0.0])
     _line(axes, tangent, end, color=colour, linewidth=1.6)
@@ -381,8 +400,9 @@ def _draw_dimension(axes: Axes, end: Points, text: str, shift: Points) -> None:
     angle = math.degrees(math.atan2(end[1], end[0]))
     rotation = -((90.0 - angle) % 180.0 - 90.0)  # deg, so that no text is upside down
     x, y = end / 2.0 + shift
-    centred: dict[str, Any] = {"ha": "center", "va": "center", "bbox": _PAPER}
-    axes.text(x, y, text, rotation=rotation, size=6.5, zorder=6, **centred)
+    axes.text(
+        x, y, text, rotation=rotation, size=6.5, zorder=6, ha="center", va="center", bbox=_PAPER
+    )
 
 
 def _draw_arrow(

@@ -470,8 +470,15 @@ def _page(
     panel_width = (width - 6.0) / columns - 10.0
     below = 0.0 if data.x is None else data.x.height_of_names(panel_width)
     usual = min(PAGE_HEIGHT, rows * min(0.62 * panel_width + 14.0, 70.0) + 8.0 + below)
-    size: dict[str, Any] = {"width": width, "height": height, "study": data.study}
-    page = framed(data.title, usual, _key(data, cells), data.notes, **size)
+    page = framed(
+        data.title,
+        usual,
+        _key(data, cells),
+        data.notes,
+        width=width,
+        height=height,
+        study=data.study,
+    )
     panels = panels_of(page, rows, columns, len(cells), sharex=True)
     panel_height = max((page.inner - below) / rows - 12.0, 15.0)
     for place, (cell, axes) in enumerate(zip(cells, panels, strict=True)):
@@ -622,8 +629,15 @@ def _mark_motion(axes: Axes, data: CurveData, x: Scale, cell: Cell) -> None:
 def _shade_slack(axes: Axes, low: float) -> None:
     """Shade and name the area below zero in a panel in which negative means slack."""
     axes.axhspan(low, 0.0, facecolor="#fbeae0", linewidth=0.0, zorder=0.3, gid="slack area")
-    word: dict[str, Any] = {"color": "#8a3b12", "style": "italic", "gid": "slack word"}
-    axes.text(0.02, 0.03, "slack", transform=axes.transAxes, **word)
+    axes.text(
+        0.02,
+        0.03,
+        "slack",
+        transform=axes.transAxes,
+        color="#8a3b12",
+        style="italic",
+        gid="slack word",
+    )
 
 
 def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:

@@ -210,10 +210,26 @@ def framed(
     figure = Figure(figsize=(width * MM, height * MM), layout=layout)
     top = 1.0 - 0.6 * _PAD / height
     style: dict[str, Any] = {"linespacing": _LINE, "in_layout": False}
-    at_top: dict[str, Any] = {"size": _TITLE_SIZE, "weight": "bold", "va": "top", "gid": "title"}
-    figure.text(_PAD / width, top, "\n".join(head), **at_top, **style)
-    at_foot: dict[str, Any] = {"size": _NOTE_SIZE, "color": "#4d4d4d", "gid": "notes"}
-    figure.text(_PAD / width, 0.6 * _PAD / height, "\n".join(foot), va="bottom", **at_foot, **style)
+    figure.text(
+        _PAD / width,
+        top,
+        "\n".join(head),
+        size=_TITLE_SIZE,
+        weight="bold",
+        va="top",
+        gid="title",
+        **style,
+    )
+    figure.text(
+        _PAD / width,
+        0.6 * _PAD / height,
+        "\n".join(foot),
+        va="bottom",
+        size=_NOTE_SIZE,
+        color="#4d4d4d",
+        gid="notes",
+        **style,
+    )
     if key:
         legend = figure.legend(
             handles=list(key),
@@ -321,33 +337,15 @@ def panels_of(page: Page, rows: int, columns: int, count: int, **shared: Any) ->
         **shared: Arguments of `Figure.subplots`.
     """
     grid = page.figure.subplots(rows, columns, squeeze=False, **shared)
-    used = list(grid.flat[:count])
     for axes in grid.flat[count:]:
         axes.set_visible(False)
-    for axes in used[max(0, count - columns) :]:
+    used = list(grid.flat[:count])
+    for place, axes in enumerate(used):
+        is_lowest = place >= count - columns
         axes.tick_params(labelbottom=True)
-    for axes in used:
+        # A shared axis is drawn and measured once in each row and column.
+        axes.xaxis.set_visible(is_lowest or "sharex" not in shared)
+        axes.yaxis.set_visible(place % columns == 0 or "sharey" not in shared)
         for line in axes.spines.values():
             line.set_in_layout(False)  # they take long to measure, and are no wider than the panel
     return used
-
-
-def label_panels(panels: Sequence[Any], x: str, y: str, width: float, height: float) -> None:
-    """Label the axes of panels that share them: x below each column, y at the left of each row.
-
-    Args:
-        panels: The panels, row by row.
-        x: Label of the axis across.
-        y: Label of the axis up.
-        width: About the width of a panel, mm.
-        height: About its height, mm.
-    """
-    columns = panels[0].get_gridspec().ncols
-    for place, axes in enumerate(panels):
-        if place >= len(panels) - columns:
-            axes.set_xlabel(fitted(x, width))
-        if place % columns == 0:
-            axes.set_ylabel(fitted(y, max(height, 20.0)))
-        for axis in (axes.xaxis, axes.yaxis):
-            if not axis.get_label_text():
-                axis.set_label_coords(0.5, 0.0)  # so that matplotlib does not search for its place

@@ -153,8 +153,17 @@ def _key(fit: Any) -> list[Line2D]:
         shape = "." if fit.is_log else "x"
         key.append(Line2D([], [], linestyle="none", marker=shape, color=_ASIDE, label="set aside"))
     if np.any(fit.points.effects):
-        dot: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 2.0}
-        key.append(Line2D([], [], color=_LINE, label="effects fitted", **dot))
+        key.append(
+            Line2D(
+                [],
+                [],
+                color=_LINE,
+                label="effects fitted",
+                linestyle="none",
+                marker=".",
+                markersize=2.0,
+            )
+        )
     return key
 
 
@@ -243,8 +252,9 @@ def _draw_loop(axes: Axes, fit: Any) -> None:
     size = 2.5 if fit.is_log else 7.0
     for is_member, colour in groups:
         part = known[is_member[known]]
-        style: dict[str, Any] = {"color": colour, "markersize": size, "rasterized": True}
-        axes.plot(across[part], rows.motor[part], ".", **style)
+        axes.plot(
+            across[part], rows.motor[part], ".", color=colour, markersize=size, rasterized=True
+        )
     title = "Loop of hysteresis" if fit.is_log else "Forces of the readings"
     label = "position of the motor, as in the file" if has_position else f"force at load{unit}"
     _set_title(axes, title, label)

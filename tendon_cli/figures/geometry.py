@@ -135,14 +135,17 @@ def _draw_view(
     across, up = plane
     route = curve.points
     axes.plot(route[:, across], route[:, up], color=FAINT, linewidth=0.8, zorder=1, gid="route")
-    cross: dict[str, Any] = {
-        "color": FAINT,
-        "marker": "+",
-        "markersize": 3.0,
-        "markeredgewidth": 0.5,
-        "linestyle": "none",
-    }
-    axes.plot(marks[:, across], marks[:, up], zorder=1.5, gid="way-points", **cross)
+    axes.plot(
+        marks[:, across],
+        marks[:, up],
+        zorder=1.5,
+        gid="way-points",
+        color=FAINT,
+        marker="+",
+        markersize=3.0,
+        markeredgewidth=0.5,
+        linestyle="none",
+    )
     inner = route[1:-1]
     axes.scatter(
         inner[:, across],
@@ -155,14 +158,13 @@ def _draw_view(
         zorder=2,
         rasterized=len(inner) > 2000,
     )
-    end_style: dict[str, Any] = {"markersize": 4.5, "color": "white", "markeredgecolor": INK}
     first_is_above = route[0][up] >= route[-1][up]
     for point, marker, text, is_above in (
         (route[0], "o", "first", first_is_above),
         (route[-1], "s", "last", not first_is_above),
     ):
         end = (point[across], point[up])
-        axes.plot(*end, marker=marker, zorder=3, **end_style)
+        axes.plot(*end, marker=marker, zorder=3, markersize=4.5, color="white", markeredgecolor=INK)
         beside: dict[str, Any] = {"textcoords": "offset points", "size": 6.5}
         if is_above:
             axes.annotate(text, end, xytext=(4, 4), va="bottom", **beside)
@@ -180,8 +182,9 @@ def _draw_view(
 
 def _draw_along(axes: Axes, curve: RouteCurve) -> None:
     """Draw curvature as columns, and the turn so far as a line, along the route."""
-    steps: dict[str, Any] = {"linewidth": 0.8, "drawstyle": "steps-mid"}
-    axes.plot(curve.at, curve.curvature, color=INK, gid="curvature", **steps)
+    axes.plot(
+        curve.at, curve.curvature, color=INK, gid="curvature", linewidth=0.8, drawstyle="steps-mid"
+    )
     axes.fill_between(curve.at, curve.curvature, color="#e4e4e4", step="mid", linewidth=0.0)
     axes.set_xlabel("distance along the route (mm)")
     axes.set_ylabel("curvature κ (1/m)")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -89,27 +89,36 @@ def draw_maps(
     # The limit on stiffness comes first, as in the key.
     limits = dict.fromkeys((STIFFNESS, *cube.limits))
     rooms = {limit: cube.room(limit, grid.rows) for limit in limits}
-    whole = _slice(cube, spec, grid, name, read, rooms)
-    groups = group_equal([whole.values, *rooms.values()], grid.titles)
-    firsts = [first for first, _ in groups]
-    part = whole.at(firsts)
-    rooms = {limit: room[firsts] for limit, room in rooms.items()}
-    titles, repeated = joined_titles(groups)
+    part = _slice(cube, spec, grid, name, read, rooms)
+    groups = group_equal([part.values, *rooms.values()], grid.titles)
+    joined, repeated = joined_titles(groups)
+    titles = {first: title for (first, _), title in zip(groups, joined, strict=True)}
     lines, fixed = caption(cube, spec, read, varied=[axis.column for axis in axes])
-    if titles == [""]:
-        titles = [next((text for text in fixed if text.endswith(" load")), "")]
-    part = replace(part, titles=tuple(titles))
-    meaning = [meaning_of_margin(cube, has_lines=part.has_lines)] if name == OF_MARGIN else []
-    notes = [*_both_notes(part), *meaning, *lines, *grid.notes, *repeated]
+    if joined == [""]:
+        titles = {0: next((text for text in fixed if text.endswith(" load")), "")}
+    notes = [*lines, *grid.notes, *repeated]
+    if name == OF_MARGIN:
+        notes.insert(0, meaning_of_margin(cube, has_lines=part.has_lines))
+    if part.others.any():
+        notes.insert(
+            0,
+            f"Below zero: orange where the extensor goes slack ({EXTENSOR_SLACK.letter}), "
+            f"red and dotted where the flexor alone does ({FLEXOR_SLACK.letter}).",
+        )
 
-    def begin(of_page: Slice, seen: Rows, added: str, panels: float) -> Page:
-        of_panels = {limit: room[seen] for limit, room in rooms.items()}
-        remarks = _remarks(cube, spec, of_page, of_panels, name)
-        title = f"{spec.title or cube.title}{added}"
-        size: dict[str, Any] = {"width": width, "height": height, "study": cube.source}
-        return framed(title, panels, of_page.key(), [*remarks, *notes], **size)
+    def begin(seen: list[int], added: str, panels: float) -> Page:
+        places = [titles[panel] for panel in seen] if len(seen) > 1 else [""]
+        return framed(
+            f"{spec.title or cube.title}{added}",
+            panels,
+            part.key(seen),
+            [*_remarks(cube, spec, part, rooms, seen, places), *notes],
+            width=width,
+            height=height,
+            study=cube.source,
+        )
 
-    return draw_pages(part, width, begin)
+    return draw_pages(part, width, begin, titles)
 
 
 def _value_shown(cube: Cube, spec: FigureSpec) -> str:
@@ -138,14 +147,14 @@ def _slice(
     values = shown.scaled(read[name])
     is_margin = name == OF_MARGIN
     has_outcomes = set(OF_OUTCOMES) <= set(read)
-    others = None
-    areas: list[Area] = []
+    others = np.zeros(values.shape, dtype=np.bool_)
+    areas = []
     if is_margin and has_outcomes:
         others = (values < 0.0) & is_flexor_slack(read)
         areas.append(Area("flexor slack", FLEXOR_SLACK.label, _FLEXOR, others))
     least = _bound_text(cube, spec, STIFFNESS)
     unstable = f"unstable: elbow stiffness below {least} at some angle"
-    areas.append(Area("unstable", unstable, _UNSTABLE, rooms[STIFFNESS] < 0.0, rooms[STIFFNESS]))
+    areas.append(Area("unstable", unstable, _UNSTABLE, rooms[STIFFNESS]))
     has_lines = not (grid.x.names or grid.y.names)
     borders = []
     for place, (limit, room) in enumerate(rooms.items()):
@@ -156,20 +165,14 @@ def _slice(
     if is_margin and has_lines:
         label = "margin = 0, ticks on the slack side"
         borders.append(Border("boundary", label, values, INK, 1.2))
-    texts: tuple[npt.NDArray[Any], ...] = ()
-    if has_outcomes and not has_lines:
-        texts = _texts(values, outcomes(read))
     return Slice(
-        grid.x,
-        grid.y,
-        grid.titles,
-        grid.in_row,
+        grid,
         values,
         _colours(shown, values, is_margin=is_margin),
         others,
-        tuple(areas),
-        tuple(borders),
-        texts,
+        areas,
+        borders,
+        _texts(values, outcomes(read)) if has_outcomes and not has_lines else (),
         unknown="no equilibrium at some elbow angle" if is_margin else "no value",
     )
 
@@ -198,7 +201,7 @@ def _colours(shown: ColumnLabel, values: Floats, *, is_margin: bool) -> Colours:
             BLUES, mpl.colors.Normalize(low, high if high > low else low + 1.0), shown.label
         )
     limit, levels, extend = colour_scale(values)
-    label = f"{shown.label}\n←  slack             taut  →"
+    label = f"← slack   {shown.label}   taut →"
     norm = mpl.colors.Normalize(-limit, limit)
     return Colours(MARGIN, norm, label, levels, extend, MARGIN_FLEXOR)
 
@@ -237,40 +240,34 @@ def limit_colour(place: int) -> str:
     return LIMIT_COLOURS[1 + (place - 1) % (len(LIMIT_COLOURS) - 1)]
 
 
-def _both_notes(part: Slice) -> list[str]:
-    """Say what the two colours of slack mean, if there are two."""
-    if part.others is None or not part.others.any():
-        return []
-    where = f"orange where the extensor goes slack ({EXTENSOR_SLACK.letter})"
-    dotted = f"red and dotted where the flexor alone does ({FLEXOR_SLACK.letter})"
-    return [f"Below zero: {where}, {dotted}."]
-
-
 def _remarks(
-    cube: Cube, spec: FigureSpec, part: Slice, rooms: Mapping[str, Floats], name: str
+    cube: Cube,
+    spec: FigureSpec,
+    part: Slice,
+    rooms: Mapping[str, Floats],
+    seen: Sequence[int],
+    places: Sequence[str],
 ) -> list[str]:
     """Say of a page whether all is taut or slack, what letters mean, and which limits show no line.
 
     Nobody need be told that designs keep a limit that the study does not state.
     """
     remarks = []
-    known = part.values[np.isfinite(part.values)]
-    if name == OF_MARGIN and len(known) and not known.min() < 0.0 <= known.max():
-        all_ = "No design goes slack." if known.min() >= 0.0 else "Every design goes slack."
-        remarks.append(all_)
+    known = part.values[seen][np.isfinite(part.values[seen])]
+    if part.colours.below is not None and len(known) and not known.min() < 0.0 <= known.max():
+        remarks.append(f"{'No' if known.min() >= 0.0 else 'Every'} design goes slack.")
     if part.texts:
-        drawn = {str(text) for text in part.texts[-1].ravel()}
+        drawn = {str(text) for text in part.texts[-1][seen].ravel()}
         meanings = [f"{one.letter} {one.label}" for one in OUTCOMES if one.letter in drawn]
         remarks.append(f"Letters: {', '.join(meanings)}.")
-    titles = part.titles if len(part.titles) > 1 else ("",)
+    pieces = {limit: list(room[seen]) for limit, room in rooms.items()}
     limits = {}
-    for limit, room in rooms.items():
-        is_hatched = limit == STIFFNESS and crosses_zero(room)
+    for limit, of_limit in pieces.items():
+        is_hatched = limit == STIFFNESS and crosses_zero(np.array(of_limit))
         is_stated = not is_default(limit, cube.limits[limit])
-        if not is_hatched and (is_stated or bool((room < 0.0).any())):
+        if not is_hatched and (is_stated or (np.array(of_limit) < 0.0).any()):
             limits[limit] = limit_text(cube, spec, limit)
-    pieces = {limit: list(rooms[limit]) for limit in limits}
-    return [*remarks, *limit_remarks(limits, pieces, titles)]
+    return [*remarks, *limit_remarks(limits, pieces, places)]
 
 
 def limit_text(cube: Cube, spec: FigureSpec, name: str) -> str:

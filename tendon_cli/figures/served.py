@@ -222,8 +222,7 @@ def _draw_bodies(
     is_rest = np.ones(len(x), dtype=np.bool_)
     for group in groups:
         is_rest[group] = False
-    dots: dict[str, Any] = {"color": _SERVED, "alpha": 0.5, "markersize": 2.5}
-    axes.plot(x[is_rest], y[is_rest], ".", zorder=1, **dots)
+    axes.plot(x[is_rest], y[is_rest], ".", zorder=1, color=_SERVED, alpha=0.5, markersize=2.5)
     for group, style in zip(groups, styles, strict=True):
         axes.plot(x[group], y[group], zorder=2, **style)
     labels = [plain(f"{say.column(name)} ({QUANTITIES[name].shown_in})") for name in names]
@@ -297,8 +296,7 @@ def _draw_windows(
         (has_window & ~served, _LEFT_OUT, width),
         (~has_window, FAINT, min(width, 1.5)),
     ):
-        style: dict[str, Any] = {"colors": colour, "linewidth": thickness}
-        axes.vlines(place[holds], begin[holds], end[holds], **style)
+        axes.vlines(place[holds], begin[holds], end[holds], colors=colour, linewidth=thickness)
     if np.isfinite(band).all():
         for bound in band:
             axes.axhline(bound, zorder=4, **_LIMIT)
@@ -348,8 +346,14 @@ def _draw_bars(axes: Axes, end: SobolRecord, unit: str, *, with_names: bool) -> 
     for shift, (order, (_, colour)) in zip((0.2, -0.2), _INDICES.items(), strict=True):
         share = np.array([value_of(item, order) for item in inputs])
         error = np.array([value_of(item, f"{order}_standard_error") for item in inputs])
-        style: dict[str, Any] = {"color": colour, "error_kw": {"elinewidth": 0.7, "capsize": 1.5}}
-        axes.barh(place + shift, 100 * share, 0.36, xerr=196 * error, **style)
+        axes.barh(
+            place + shift,
+            100 * share,
+            0.36,
+            xerr=196 * error,
+            color=colour,
+            error_kw={"elinewidth": 0.7, "capsize": 1.5},
+        )
     names = [plain(item["name"], width=18) if with_names else "" for item in inputs]
     axes.set_yticks(place, names)
     axes.set(xlabel="share of its variance (%)")

@@ -56,15 +56,20 @@ def _loads(fit: Any) -> list[float]:
 
 def _key(fit: Any) -> list[Line2D]:
     """Return the key to colours, markers and lines."""
-    style: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 4}
-    key = [Line2D([], [], color=colour, label=name, **style) for _, colour, name in _DIRECTIONS]
+    key = [
+        Line2D([], [], color=colour, label=name, linestyle="none", marker="o", markersize=4)
+        for _, colour, name in _DIRECTIONS
+    ]
     loads = _loads(fit)
     if len(loads) > 1:
         for place, load in enumerate(loads):
             marker = _MARKERS[place % len(_MARKERS)]
             label = f"{load:.3g} kg"
-            one: dict[str, Any] = {"linestyle": "none", "marker": marker, "markersize": 4}
-            key.append(Line2D([], [], color=_LINE, label=label, **one))
+            key.append(
+                Line2D(
+                    [], [], color=_LINE, label=label, linestyle="none", marker=marker, markersize=4
+                )
+            )
     key.append(Line2D([], [], color=_LINE, linewidth=1.0, label="fitted suit"))
     return key
 

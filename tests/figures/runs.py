@@ -110,6 +110,11 @@ def by_gid(holder: Any, gid: str) -> list[Any]:
     return list(holder.findobj(lambda artist: artist.get_gid() == gid))
 
 
+def covers(area: Any, across: float, up: float) -> bool:
+    """Return True if a point of a map lies in an area, or within a line around cells."""
+    return any(path.contains_point((across, up)) for path in area.get_paths())
+
+
 def words(figure: Any) -> str:
     """Return every text of a figure, a line each."""
     return "\n".join(text.get_text() for text in figure.findobj(Text))

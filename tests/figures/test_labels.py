@@ -56,7 +56,7 @@ def assert_labels_whole(figure: Any) -> None:
     """Assert that labels of axes lie on the page and do not touch those of other panels."""
     box = drawn(figure)
     page = figure.bbox
-    boxes = [box(axes.yaxis.label) for axes in panels(figure) if axes.get_ylabel()]
+    boxes = [box(axes.yaxis.label) for axes in panels(figure) if axes.yaxis.get_visible()]
     for each in boxes:
         assert page.x0 <= each.x0
         assert page.y0 <= each.y0
