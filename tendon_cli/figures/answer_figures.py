@@ -142,13 +142,10 @@ def draw_again(
         raise UsageError("the answer has no figure to draw", where=str(folder), hint=hint)
     files = []
     for name, pages in figures.items():
-        target = out
-        if out is None or out.is_dir():
-            target = (out or Path()) / f"{record['name']}-{name}.{form}"
-        elif len(figures) > 1:
+        if out is not None and len(figures) > 1 and not out.is_dir():
             problem = f"{out.name} is one file, and the answer has {len(figures)} figures"
             raise UsageError(problem, where="--out", hint="name a folder that exists")
-        files += numbered(pages, target or Path())
+        files += numbered(pages, _file_of(name, record, out, form))
     return save_pages(files, overwrite=overwrite)
 
 
@@ -202,7 +199,14 @@ def draw_between_samples(
         problem = "the answer has no window, so none over the angle to draw"
         hint = "`tendon report` writes a page that says why, and what would help"
         raise UsageError(problem, where="--between", hint=hint)
-    return page.save(out or Path(f"{record['name']}-between.png"), overwrite=overwrite)
+    return page.save(_file_of("between", record, out), overwrite=overwrite)
+
+
+def _file_of(name: str, record: Mapping[str, Any], out: Path | None, form: str = "png") -> Path:
+    """Return the file of a figure: `out`, or one named after the study in this or that folder."""
+    if out is not None and not out.is_dir():
+        return out
+    return (out or Path()) / f"{record['name']}-{name}.{form}"
 
 
 def draw_over(
@@ -242,10 +246,8 @@ def draw_over(
             pages = [draw_trade_off(choices, answer, trade_off, column, width, height)]
         else:
             pages = _map_over(choices, answer, column, column_named(y))
-    target = out
-    if out is None or out.is_dir():
-        target = (out or Path()) / f"{record['name']}-{column.removeprefix('limit_')}.{form}"
-    files = numbered([page.of_joint(record) for page in pages], target or Path())
+    target = _file_of(column.removeprefix("limit_"), record, out, form)
+    files = numbered([page.of_joint(record) for page in pages], target)
     return save_pages(files, overwrite=overwrite)
 
 

@@ -18,7 +18,7 @@ from tendon_cli.cube.room import room_to
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import Axes, Line2D
 from tendon_cli.figures.frame import Page, fitted, framed, grid_shape, panels_of
-from tendon_cli.figures.layout import CurvePlan, group_equal, joined_titles
+from tendon_cli.figures.layout import CurvePlan
 from tendon_cli.figures.limit_remarks import crosses_zero, limit_remarks
 from tendon_cli.figures.maps import (
     OF_MARGIN,
@@ -230,30 +230,7 @@ def curve_data(
         is_line=is_line,
         notes=(*remarks, *meaning, *lines, *plan.notes),
     )
-    return _merged(_overlay(data) if spec.overlay else data)
-
-
-def _merged(data: CurveData) -> CurveData:
-    """Keep one of the panels that show the same picture, and say so."""
-    of_quantities = (data.values, data.others, *(mark.holds for mark in data.marks))
-    arrays = [np.moveaxis(values, 1, 0) for values in of_quantities]
-    groups = group_equal([data.x_values, data.turning, *arrays], data.panels)
-    if len(groups) == len(data.panels):
-        return data
-    titles, notes = joined_titles(groups)
-    firsts = [first for first, _ in groups]
-    marks = tuple(replace(mark, holds=mark.holds[:, firsts]) for mark in data.marks)
-    return replace(
-        data,
-        x_values=data.x_values[firsts],
-        values=data.values[:, firsts],
-        others=data.others[:, firsts],
-        turning=data.turning[firsts],
-        at_record_end=data.at_record_end[firsts],
-        marks=marks,
-        panels=tuple(titles) if len(titles) > 1 else (),
-        notes=(*data.notes, *notes),
-    )
+    return _overlay(data) if spec.overlay else data
 
 
 def _read_columns(

@@ -25,7 +25,6 @@ from tendon_cli.cube.room import bounded_column, is_default, sign_of
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import mpl
 from tendon_cli.figures.frame import Page, framed
-from tendon_cli.figures.layout import group_equal, joined_titles
 from tendon_cli.figures.limit_remarks import crosses_zero, limit_remarks
 from tendon_cli.figures.scales import caption
 from tendon_cli.figures.slices import (
@@ -65,8 +64,6 @@ def draw_maps(
 ) -> list[Page]:
     """Draw the pages of a map of designs.
 
-    Panels that would repeat a picture are one panel, and its title or a note names them all.
-
     Args:
         cube: The table of designs.
         axes: Axes across and up.
@@ -90,13 +87,8 @@ def draw_maps(
     limits = dict.fromkeys((STIFFNESS, *cube.limits))
     rooms = {limit: cube.room(limit, grid.rows) for limit in limits}
     part = _slice(cube, spec, grid, name, read, rooms)
-    groups = group_equal([part.values, *rooms.values()], grid.titles)
-    joined, repeated = joined_titles(groups)
-    titles = {first: title for (first, _), title in zip(groups, joined, strict=True)}
-    lines, fixed = caption(cube, spec, read, varied=[axis.column for axis in axes])
-    if joined == [""]:
-        titles = {0: next((text for text in fixed if text.endswith(" load")), "")}
-    notes = [*lines, *grid.notes, *repeated]
+    lines, _ = caption(cube, spec, read, varied=[axis.column for axis in axes])
+    notes = [*lines, *grid.notes]
     if name == OF_MARGIN:
         notes.insert(0, meaning_of_margin(cube, has_lines=part.has_lines))
     if part.others.any():
@@ -107,7 +99,7 @@ def draw_maps(
         )
 
     def begin(seen: list[int], added: str, panels: float) -> Page:
-        places = [titles[panel] for panel in seen] if len(seen) > 1 else [""]
+        places = [grid.titles[panel] for panel in seen] if len(seen) > 1 else [""]
         return framed(
             f"{spec.title or cube.title}{added}",
             panels,
@@ -118,7 +110,7 @@ def draw_maps(
             study=cube.source,
         )
 
-    return draw_pages(part, width, begin, titles)
+    return draw_pages(part, width, begin)
 
 
 def _value_shown(cube: Cube, spec: FigureSpec) -> str:

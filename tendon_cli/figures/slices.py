@@ -198,7 +198,6 @@ def draw_pages(
     part: Slice,
     width: float,
     begin: Callable[[list[int], str, float], Page],
-    titles: Mapping[int, str] | None = None,
 ) -> list[Page]:
     """Draw the panels of a slice with their colour bar, on as many pages as they need.
 
@@ -207,14 +206,13 @@ def draw_pages(
         width: Width of a page, mm.
         begin: Function that begins a page with its title and key. It takes the numbers of its
             panels, what to add to the title, and the height of all panels, mm.
-        titles: Panels to draw, each with its title; None for all.
     """
-    titles = titles or dict(enumerate(part.grid.titles))
+    titles = part.grid.titles
     most_rows, most_columns = _most_panels(width)
     starts = range(0, len(titles), most_rows * most_columns)
     pages = []
     for number, start in enumerate(starts, 1):
-        seen = list(titles)[start : start + starts.step]
+        seen = list(range(start, min(len(titles), start + starts.step)))
         rows, columns = grid_shape(len(seen), part.grid.in_row, most=most_columns)
         across = (width - _SIDE) / columns - 2.0
         up = min(85.0, max(_ASPECT * across, 3.2 * len(part.grid.y.names)))
