@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli.cube.axes import DIRECTION, LOAD, TIME
 from tendon_cli.cube.columns import ColumnArray
@@ -51,13 +50,12 @@ from tendon_cli.figures.style import (
     sequence,
     unknown_hatch,
 )
+from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.filters import Condition, Truth
 from tendon_cli.units import shorten
-
-Floats = npt.NDArray[np.float64]
 
 ZEROS_OF_SPOOL = "Each direction counts the spool angle from its own zero, its pretensioned state."
 _GEOMETRY = ("flexor_moment_arm", "flexor_travel", "extensor_travel", "radius_ratio")
@@ -131,17 +129,17 @@ class CurveData:
     x: Scale | None
     """Scale of x; None if x is not an axis but a column that changes along one."""
     x_label: str
-    x_values: Floats
+    x_values: Array
     """Values along x (panels, colours, dashes, x), in the unit shown."""
     quantities: tuple[ColumnLabel, ...]
-    values: Floats
+    values: Array
     """Values in the unit shown, NaN where there is none."""
     marks: tuple[Mark, ...]
     turning: Truth
     """True where the sheath turns in a motion in time (panels, colours, dashes, x)."""
     at_record_end: Truth
     """True for samples at the ends of its record (panels, colours, dashes, x)."""
-    others: Floats
+    others: Array
     """Values of the other direction of friction while the sheath turns; NaN elsewhere."""
     colours: tuple[tuple[str, Colour], ...]
     """Text in the key and colour of the lines, by the index of their colour; at least one."""
@@ -332,7 +330,7 @@ def _limits(
 
 def _along_x(
     cube: Cube, plan: CurvePlan, read: Mapping[str, ColumnArray], spec: FigureSpec
-) -> tuple[Scale | None, str, Floats]:
+) -> tuple[Scale | None, str, Array]:
     """Return the scale of x, its label, and its values (panels, colours, dashes, x)."""
     if plan.x_column != plan.x.column and cube.columns[plan.x_column] is not None:
         quantity = cube.shown(plan.x_column, spec.units)
@@ -568,7 +566,7 @@ def _line_style(data: CurveData, colour: int, dash: int, points: int) -> dict[st
     }
 
 
-def _stretches(x: Floats, y: Floats, holds: Truth) -> tuple[Floats, Floats]:
+def _stretches(x: Array, y: Array, holds: Truth) -> tuple[Array, Array]:
     """Return the parts of a line where something holds, with NaN between them.
 
     Each part reaches half way to the next point where it does not hold, so that a single point has

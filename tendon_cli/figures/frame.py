@@ -195,10 +195,23 @@ def framed(
     head += [fitted(line, room, _TITLE_SIZE, "bold") for line in subtitle.splitlines()]
     foot = [fitted(note, room, _NOTE_SIZE) for note in notes]
     labels = [fitted(str(entry.get_label()), room - _KEY_HANDLE, _KEY_SIZE) for entry in key]
-    columns = _columns_of_key(labels, room)
     head_height = _height(head, _TITLE_SIZE)
     notes_height = _height(foot, _NOTE_SIZE)
-    key_height = _height_of_key(labels, columns)
+    key_height = 0.0
+    figure = Figure(figsize=(width * MM, 1.0))
+    if key:
+        legend = figure.legend(
+            handles=list(key),
+            labels=labels,
+            loc="center",
+            ncols=_columns_of_key(labels, room),
+            borderaxespad=0.0,
+            borderpad=0.0,
+            columnspacing=1.4,
+            handletextpad=0.6,
+        )
+        legend.set_in_layout(False)
+        key_height = legend.get_window_extent(_renderer()).height / figure.dpi / MM + _PAD
     around = head_height + key_height + notes_height
     if height is None:
         height = panels + around
@@ -207,7 +220,8 @@ def framed(
     panels = height - around
     rect = (0.0, (key_height + notes_height) / height, 1.0, panels / height)
     layout = ConstrainedLayoutEngine(rect=rect, w_pad=0.03, h_pad=0.03)
-    figure = Figure(figsize=(width * MM, height * MM), layout=layout)
+    figure.set_size_inches(width * MM, height * MM)
+    figure.set_layout_engine(layout)
     top = 1.0 - 0.6 * _PAD / height
     style: dict[str, Any] = {"linespacing": _LINE, "in_layout": False}
     figure.text(
@@ -231,20 +245,16 @@ def framed(
         **style,
     )
     if key:
-        legend = figure.legend(
-            handles=list(key),
-            labels=labels,
-            loc="center",
-            bbox_to_anchor=(0.0, notes_height / height, 1.0, key_height / height),
-            ncols=columns,
-            borderaxespad=0.0,
-            borderpad=0.0,
-            columnspacing=1.4,
-            handletextpad=0.6,
-        )
-        legend.set_in_layout(False)
+        legend.set_bbox_to_anchor((0.0, notes_height / height, 1.0, key_height / height))
     says = without_formulas(" ".join(text for text in (subtitle, *notes) if text))
     return Page(figure, title, says, study, width, panels)
+
+
+@cache
+def _renderer() -> Any:
+    """Return what measures a key before its page has a size."""
+    canvas: Any = FigureCanvasAgg(Figure(figsize=(1.0, 1.0)))
+    return canvas.get_renderer()
 
 
 def _height(texts: Sequence[str], size: float) -> float:
@@ -257,16 +267,6 @@ def _columns_of_key(labels: Sequence[str], room: float) -> int:
     """Return how many entries of the key stand side by side."""
     widest = max((text_width(label, _KEY_SIZE) for label in labels), default=0.0)
     return max(1, min(len(labels), int((room + 2.0) / (widest + _KEY_HANDLE))))
-
-
-def _height_of_key(labels: Sequence[str], columns: int) -> float:
-    """Return the height of the key, mm; 0 without entries."""
-    if not labels:
-        return 0.0
-    rows = math.ceil(len(labels) / columns)
-    columns_of_labels = [labels[start : start + rows] for start in range(0, len(labels), rows)]
-    lines = [sum(label.count("\n") for label in column) for column in columns_of_labels]
-    return (rows * 1.55 + max(lines) * _LINE) * _KEY_SIZE * _POINT + _PAD
 
 
 def fitted(text: str, room: float, size: float = 8.0, weight: str = "normal") -> str:

@@ -5,23 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli import say
-
-Floats = npt.NDArray[np.float64]
+from tendon_cli.model.kinematics import Array
 
 _MOST_NAMED = 3
 """Largest number of places that a sentence names."""
 
 
-def crosses_zero(room: Floats) -> bool:
+def crosses_zero(room: Array) -> bool:
     """Return True if some designs keep a limit and others break it."""
     return bool(np.nanmin(room, initial=np.inf) < 0.0 <= np.nanmax(room, initial=-np.inf))
 
 
 def limit_remarks(
-    limits: Mapping[str, str], rooms: Mapping[str, Sequence[Floats]], places: Sequence[str]
+    limits: Mapping[str, str], rooms: Mapping[str, Sequence[Array]], places: Sequence[str]
 ) -> list[str]:
     """Say for each limit where no line shows it, unless that is because designs keep it there.
 

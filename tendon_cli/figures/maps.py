@@ -37,12 +37,10 @@ from tendon_cli.figures.slices import (
     grid_of,
 )
 from tendon_cli.figures.style import BLUES, INK, LIMIT_COLOURS, MARGIN, MARGIN_FLEXOR
-from tendon_cli.model.kinematics import Rows
+from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.figures import FigureSpec
-
-Floats = npt.NDArray[np.float64]
 
 OF_MARGIN = "margin"
 STIFFNESS = "min_elbow_stiffness"
@@ -132,7 +130,7 @@ def _slice(
     grid: PanelGrid,
     name: str,
     read: Mapping[str, ColumnArray],
-    rooms: Mapping[str, Floats],
+    rooms: Mapping[str, Array],
 ) -> Slice:
     """Return what is drawn: values, where the flexor is slack, limits, a letter in each cell."""
     shown = column_shown(cube, spec, name)
@@ -169,7 +167,7 @@ def _slice(
     )
 
 
-def _texts(values: Floats, codes: npt.NDArray[np.int64]) -> tuple[npt.NDArray[Any], ...]:
+def _texts(values: Array, codes: npt.NDArray[np.int64]) -> tuple[npt.NDArray[Any], ...]:
     """Return the letter of each cell with its value below, beside, and the letter alone."""
     letters = np.array([outcome.letter for outcome in OUTCOMES], dtype=object)[codes]
     numbers = [
@@ -183,7 +181,7 @@ def _texts(values: Floats, codes: npt.NDArray[np.int64]) -> tuple[npt.NDArray[An
     return (*texts, letters)
 
 
-def _colours(shown: ColumnLabel, values: Floats, *, is_margin: bool) -> Colours:
+def _colours(shown: ColumnLabel, values: Array, *, is_margin: bool) -> Colours:
     """Return one scale of colours for all panels, whose ends are round."""
     finite = values[np.isfinite(values)]
     low = float(finite.min())
@@ -198,7 +196,7 @@ def _colours(shown: ColumnLabel, values: Floats, *, is_margin: bool) -> Colours:
     return Colours(MARGIN, norm, label, levels, extend, MARGIN_FLEXOR)
 
 
-def colour_scale(margins: Floats) -> tuple[float, list[float], str]:
+def colour_scale(margins: Array) -> tuple[float, list[float], str]:
     """Return one scale of colours for all panels, round and symmetric about zero.
 
     The positive side is shown whole. A far longer negative side is cut off.
@@ -216,13 +214,9 @@ def colour_scale(margins: Floats) -> tuple[float, list[float], str]:
         bound = usual
     bound = bound or 1.0
     levels = list(mpl.ticker.MaxNLocator(10, steps=[1, 2, 2.5, 5, 10]).tick_values(-bound, bound))
-    extend = {
-        (False, False): "neither",
-        (True, False): "min",
-        (False, True): "max",
-        (True, True): "both",
-    }
-    return levels[-1], levels, extend[least < levels[0], most > levels[-1]]
+    is_beyond = [least < levels[0], most > levels[-1]]
+    extend = "both" if all(is_beyond) else "min" if is_beyond[0] else "max"
+    return levels[-1], levels, extend if any(is_beyond) else "neither"
 
 
 def limit_colour(place: int) -> str:
@@ -236,7 +230,7 @@ def _remarks(
     cube: Cube,
     spec: FigureSpec,
     part: Slice,
-    rooms: Mapping[str, Floats],
+    rooms: Mapping[str, Array],
     seen: Sequence[int],
     places: Sequence[str],
 ) -> list[str]:

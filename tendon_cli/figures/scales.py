@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
@@ -19,7 +18,7 @@ from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel, as_read, drawn_name, number, plain
 from tendon_cli.figures.backend import Axes, ticker
 from tendon_cli.figures.frame import text_width
-from tendon_cli.model.kinematics import Rows
+from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.figures import FigureSpec
@@ -46,14 +45,14 @@ class Scale:
     """
 
     label: str
-    places: npt.NDArray[np.float64]
+    places: Array
     order: npt.NDArray[np.intp]
     """Position of each place among the values as they were given."""
     is_log: bool = False
     names: tuple[str, ...] = ()
 
     @cached_property
-    def edges(self) -> npt.NDArray[np.float64]:
+    def edges(self) -> Array:
         """Borders of the cells around the places (places + 1)."""
         places = np.log(self.places) if self.is_log else self.places
         if len(places) > 1:
@@ -83,16 +82,13 @@ class Scale:
             room: About the length of the axis, mm, by which names are turned and cut.
             cells: True if the panel is drawn in cells, which are to be whole.
         """
-        axis = axes.xaxis if which == "x" else axes.yaxis
         if self.is_log:
-            set_scale = axes.set_xscale if which == "x" else axes.set_yscale
-            set_scale("log")
-        self._set_ticks(axis, which, room)
+            axes.set(**{f"{which}scale": "log"})
+        self._set_ticks(axes.xaxis if which == "x" else axes.yaxis, which, room)
         has_cells = cells or bool(self.names) or len(self.places) == 1
         ends = self.edges if has_cells else self.places
         if ends[0] < ends[-1]:  # in a table that tendon wrote, always
-            set_limits = axes.set_xlim if which == "x" else axes.set_ylim
-            set_limits(float(ends[0]), float(ends[-1]))
+            axes.set(**{f"{which}lim": (ends[0], ends[-1])})
 
     def _set_ticks(self, axis: Any, which: str, room: float) -> None:
         if self.names:
@@ -176,17 +172,16 @@ def scale_of_names(label: str, names: Sequence[str], order: npt.NDArray[np.intp]
 
 
 def short_names(names: Sequence[str], width: int) -> list[str]:
-    """Return names cut to so many characters, ready to be drawn.
+    """Return names ready to be drawn, those longer than so many characters cut in the middle.
 
-    Names that would look alike without their ends, such as "spring 2024 lot 1", are cut in the
-    middle.
+    Names often differ in their ends only, as "spring 2024 lot 1" does.
     """
-    texts = [plain(name, width=width, lines=1) for name in names]
-    alike = {text for text, count in Counter(texts).items() if count > 1}
     head = width // 2
     return [
-        f"{plain(name[: head - 1])}…{plain(name[head - width :])}" if text in alike else text
-        for name, text in zip(names, texts, strict=True)
+        plain(name, lines=1)
+        if len(name) <= width
+        else f"{plain(name[: head - 1])}…{plain(name[head - width :])}"
+        for name in names
     ]
 
 

@@ -30,13 +30,13 @@ from tendon_cli.figures.answer_page import gauge_text
 from tendon_cli.figures.backend import Axes, Line2D, Patch
 from tendon_cli.figures.frame import Page, framed, panels_of, source_of
 from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO, house_style
+from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.registry import by_name
 from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.tables.read import open_table
 from tendon_cli.tables.schema import as_numpy
 
-Values = npt.NDArray[np.float64]
 Table = Mapping[str, npt.NDArray[Any]]
 
 _ENDS = ("pretension_from", "pretension_to")
@@ -89,7 +89,7 @@ def _reading_name(record: AnswerRecord) -> str:
     return pretension_name({"setting": {"read": record["question"]["read"]}})
 
 
-def _on_gauge(best: ChoiceRecord, pretensions: Values) -> Values:
+def _on_gauge(best: ChoiceRecord, pretensions: Array) -> Array:
     """Return F0 of the study's own arm, N, as a gauge in the flexor shows it: a line in F0."""
     shown = best.set_flexor_tension
     least = best.set_flexor_tension_from

@@ -113,33 +113,25 @@ def margins_page(
         notes.append(f"Not shown: {left_out} without equilibrium in one of the runs.")
     if every > 1:
         notes.append(f"Shown: {len(shown):,} of {len(known):,} designs, evenly spaced.")
-    ends = np.concatenate([before[shown], now[shown], [0.0]])
-    pad = 0.05 * float(np.ptp(ends)) or 1.0
-    low = float(ends.min()) - pad
-    high = float(ends.max()) + pad
     with house_style():
         page = framed(title, 95.0, (), notes, study=study, width=width)
-        panel = page.figure.subplots()
-        panel.plot([low, high], [low, high], color=FAINT, linewidth=0.8)
+        (panel,) = panels_of(page, 1, 1, 1)
+        panel.axline((0.0, 0.0), slope=1.0, color=FAINT, linewidth=0.8)
         panel.axhline(0.0, color=FAINT, linewidth=0.5)
         panel.axvline(0.0, color=FAINT, linewidth=0.5)
         panel.plot(
             before[shown],
             now[shown],
-            markersize=2.5,
-            alpha=0.6,
             marker="o",
             linestyle="",
             color=OKABE_ITO[0],
+            markersize=2.5,
+            alpha=0.6,
         )
-        first, later = labels
-        panel.set(
-            xlim=(low, high),
-            ylim=(low, high),
-            aspect="equal",
-            xlabel=f"margin, {first} (N)",
-            ylabel=f"margin, {later} (N)",
-        )
+        ends = [*panel.get_xlim(), *panel.get_ylim()]
+        span = (min(ends), max(ends))
+        first, later = (f"margin, {label} (N)" for label in labels)
+        panel.set(xlim=span, ylim=span, aspect="equal", xlabel=first, ylabel=later)
     return page
 
 

@@ -22,11 +22,8 @@ from tendon_cli.figures.frame import Page, fitted, grid_shape, panels_of, text_w
 from tendon_cli.figures.layout import fewer, thin_out
 from tendon_cli.figures.scales import Scale, axis_scale, value_texts
 from tendon_cli.figures.style import INK, PAGE_HEIGHT, STAR, hatch_key, unknown_hatch
-from tendon_cli.model.kinematics import Rows
+from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.space.axis import Axis
-
-Floats = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 MOST_PAGES = 12
 """Largest number of pages of panels; of more panels some are drawn, and the figure says so."""
@@ -77,7 +74,7 @@ class Area:
     name: str
     label: str
     style: Mapping[str, Any]
-    inside: Floats | Flags
+    inside: Array | Flags
     """True in cells that are marked whole, or negative where a limit is broken, (panels, y, x)."""
 
 
@@ -87,7 +84,7 @@ class Border:
 
     name: str
     label: str
-    room: Floats
+    room: Array
     """Room that the limit leaves, negative where it is broken, (panels, y, x)."""
     colour: str
     width: float = 0.8
@@ -112,7 +109,7 @@ class Slice:
     """A value over two axes of a table, in panels for the rest; arrays (panels, y, x)."""
 
     grid: PanelGrid
-    values: Floats
+    values: Array
     colours: Colours
     others: Flags
     """Cells whose values below zero have the colours `below`."""
@@ -235,12 +232,12 @@ def draw_pages(
     return pages
 
 
-def _is_inside(inside: Floats | Flags) -> Flags:
+def _is_inside(inside: Array | Flags) -> Flags:
     """Return the cells that an area marks, or that break a limit."""
     return np.asarray(inside if inside.dtype == np.bool_ else inside < 0.0, dtype=np.bool_)
 
 
-def _field(part: Slice, inside: Floats | Flags) -> tuple[Floats, Floats, Any]:
+def _field(part: Slice, inside: Array | Flags) -> tuple[Array, Array, Any]:
     """Return x, y and a value that is zero around an area of a panel, for contours.
 
     Each edge of a cell stands twice, so that the value jumps there.
@@ -252,7 +249,7 @@ def _field(part: Slice, inside: Floats | Flags) -> tuple[Floats, Floats, Any]:
     return x, y, np.pad(signs, 1, constant_values=1.0)
 
 
-def _has_line(part: Slice, room: Floats) -> bool:
+def _has_line(part: Slice, room: Array) -> bool:
     """Return True if a panel shows the line of a limit.
 
     Without the value of one corner a contour is drawn in the triangle of the other three.

@@ -11,7 +11,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, TradeOffRecord, value_of
@@ -53,9 +52,8 @@ from tendon_cli.figures.style import (
     Colour,
     limit_colours,
 )
+from tendon_cli.model.kinematics import Array
 from tendon_cli.space.axis import Axis, evenly_spaced
-
-Floats = npt.NDArray[np.float64]
 
 _PANELS_OF_PAGE = 6
 _MOST_POINTS = 20_000
@@ -86,9 +84,9 @@ _WINDOW_END: dict[str, Any] = {
 class Windows(NamedTuple):
     """Ends of windows along an axis, N, and the limits that set them."""
 
-    low: Floats
+    low: Array
     """Lower ends; NaN where no pretension balances the arm."""
-    high: Floats
+    high: Array
     """Upper ends; infinite where nothing bounds a window."""
     lower: ColumnArray
     """Names of the limits that set the lower ends, "" for none."""
