@@ -11,7 +11,18 @@ from matplotlib.colors import to_hex
 
 import tendon_cli as tendon
 from tendon_cli.figures.style import COLOUR_OF_LIMIT, OKABE_ITO, limit_colours
-from tests.figures.runs import by_gid, covers, figure_of, grid, lines, panels, sweep, table, words
+from tests.figures.runs import (
+    EXACT,
+    by_gid,
+    covers,
+    figure_of,
+    grid,
+    lines,
+    panels,
+    sweep,
+    table,
+    words,
+)
 
 ROWS = [
     {
@@ -120,7 +131,7 @@ def test_between_few_points_nothing_is_said_to_be_slack_or_unstable(
 
 
 def _rows_figure(folder: Path, study: dict[str, Any]) -> Any:
-    return tendon.design({"name": "rows", **STUDY, **study}, folder).plot("rows")
+    return tendon.design({"name": "rows", **STUDY, **EXACT, **study}, folder).plot("rows")
 
 
 def _colours(figure: Any) -> dict[str, str]:
@@ -170,7 +181,7 @@ def test_colours_of_limits_differ_whichever_are_drawn() -> None:
 
 def test_key_and_caption_of_rows_agree(tmp_path: Path) -> None:
     good = {"table": [{"name": "prototype", "rows": ROWS[:2]}]}
-    answer = tendon.design({"name": "rows", **STUDY, **good}, tmp_path / "answer")
+    answer = tendon.design({"name": "rows", **STUDY, **EXACT, **good}, tmp_path / "answer")
     text = words(answer.plot("rows"))
     assert "no window" not in text
     pretension = f"F₀ = {answer.record['best']['pretension']:.4g} N"
