@@ -163,8 +163,7 @@ def answer_pages(name: str, cube: Cube, record: Mapping[str, Any], **how: Any) -
     if chosen is None:
         return []
     with house_style(say.joint_name(record)):
-        pages = FIGURES[name](cube, answer, chosen, **how)
-    return [page.of_joint(record) for page in pages]
+        return FIGURES[name](cube, answer, chosen, **how)
 
 
 def _as_gauges_show(cube: Cube, record: Mapping[str, Any]) -> tuple[Cube, AnswerRecord]:
@@ -247,8 +246,7 @@ def draw_over(
         else:
             pages = _map_over(choices, answer, column, column_named(y))
     target = _file_of(column.removeprefix("limit_"), record, out, form)
-    files = numbered([page.of_joint(record) for page in pages], target)
-    return save_pages(files, overwrite=overwrite)
+    return save_pages(numbered(pages, target), overwrite=overwrite)
 
 
 def _map_over(cube: Cube, record: AnswerRecord, x: str, y: str) -> list[Page]:

@@ -13,7 +13,6 @@ from tendon_cli.cube.labels import number
 from tendon_cli.figures.arm_shape import ArmShape, ArmSizes, Points, arm_sizes
 from tendon_cli.figures.backend import Arc, Axes, Circle, FancyArrowPatch, Line2D, Patch
 from tendon_cli.figures.frame import Page, framed, source_of_study
-from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, house_style
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import evenly_spaced
@@ -140,7 +139,6 @@ def _travels_page(study: Study, angles: Sequence[float]) -> Page:
             axes.set_xlabel(f"{say.joint_name(study)} angle θ (deg)")
             axes.set_ylabel(label)
             axes.set_xlim(degrees[0], degrees[-1])
-            axes.yaxis.set_major_formatter(plain_numbers())
     return page
 
 
@@ -196,9 +194,7 @@ def _draw_dimensions(axes: Axes, shape: ArmShape) -> None:
     radius = float(joint.elbow_radius)
     _draw_limbs(axes, shape, 1.6)
     _line(axes, _ZERO, foot, color=FLEXOR, linewidth=0.7, linestyle=(0, (1.5, 1.2)), zorder=2)
-    axes.annotate(
-        "J", tuple(foot / 2.0), color=FLEXOR, size=7.5, xytext=(2, 2), textcoords="offset points"
-    )
+    _name_point(axes, foot / 2.0, "J", 0.5 * shape.forearm_front, FLEXOR)
     step = 0.055 * (sizes.upper_arm + sizes.forearm)
     back = -shape.front
     under = -shape.forearm_front
@@ -220,7 +216,10 @@ def _draw_dimensions(axes: Axes, shape: ArmShape) -> None:
     _name_point(axes, points["q"], f"q   a₂ = {number(float(joint.a2))} mm", outward)
     _name_point(axes, points["s"], "s", back)
     _name_point(axes, points["p"], "p", under)
-    _draw_radius(axes, radius, shape.front if is_straight else back + under)
+    corner = shape.front if is_straight else (back + under) / np.linalg.norm(back + under)
+    _draw_arrow(axes, _ZERO, radius * corner, color=EXTENSOR)
+    name = f"$R_{{elb}}$ = {number(radius)} mm"
+    _name_point(axes, radius * corner, name, 2.0 * corner, EXTENSOR)
     straight = 0.42 * float(joint.b2)
     thin: dict[str, Any] = {"color": FAINT, "linewidth": 0.6, "linestyle": "dashed"}
     _line(axes, _ZERO, -1.25 * straight * shape.up, **thin)
@@ -234,24 +233,6 @@ def _draw_dimensions(axes: Axes, shape: ArmShape) -> None:
         _draw_angle(axes, "ψ", 0.6 * b1, 0.68 * b1, 90.0, sizes.upper_arm_angle)
     _set_limits(axes, shape, margin=first + (levels + 0.2) * step)
     axes.set_title(title)
-
-
-def _draw_radius(axes: Axes, radius: float, corner: Points) -> None:
-    """Draw and name the radius of the virtual pulley in the direction of the arm's outer corner."""
-    tip = radius * corner / (np.linalg.norm(corner) or 1.0)
-    _draw_arrow(axes, _ZERO, tip, color=EXTENSOR)
-    axes.annotate(
-        f"$R_{{elb}}$ = {number(radius)} mm",
-        tuple(tip),
-        xytext=tuple(16.0 * tip / radius),
-        textcoords="offset points",
-        color=EXTENSOR,
-        ha="right" if tip[0] < 0.0 else "left",
-        va="top",
-        size=6.5,
-        bbox=_PAPER,
-        zorder=7,
-    )
 
 
 def _draw_angle(
@@ -336,15 +317,8 @@ def _draw_spool(
     _line(axes, tangent, end, color=colour, linewidth=1.6)
     axes.plot(*centre, marker="o", markersize=3.0, color=INK)
     _draw_arrow(axes, centre, centre + radius * np.array([math.cos(2.5), math.sin(2.5)]))
-    axes.annotate(
-        f"$R_{{{name[0]}}}$ = {number(radius)} mm",
-        (0.0, centre[1] - side * radius),
-        xytext=(0, -side * 3),
-        textcoords="offset points",
-        ha="center",
-        va="top" if side > 0 else "bottom",
-        size=7.0,
-    )
+    label = f"$R_{{{name[0]}}}$ = {number(radius)} mm"
+    _name_point(axes, centre - np.array([0.0, side * radius]), label, np.array([0.0, -side]))
     vertical = "bottom" if side > 0 else "top"
     axes.text(end[0], end[1], name, color=colour, size=7.0, ha="right", va=vertical)
 
@@ -362,29 +336,21 @@ def _set_limits(axes: Axes, *shapes: ArmShape, margin: float) -> None:
     axes.set_axis_off()
 
 
-def _name_point(axes: Axes, point: Points, text: str, toward: Points) -> None:
-    """Write a text next to a point, on the side to which the unit vector `toward` points."""
+def _name_point(axes: Axes, point: Points, text: str, toward: Points, color: str = INK) -> None:
+    """Write a text next to a point, on the side to which the vector `toward` points."""
+    across, up = (int(part > 0.3) - int(part < -0.3) for part in toward)
     axes.annotate(
         text,
         tuple(point),
         xytext=tuple(5.0 * toward),
         textcoords="offset points",
-        ha=_alignment(toward[0], ("right", "center", "left")),
-        va=_alignment(toward[1], ("top", "center", "bottom")),
+        color=color,
+        ha=("center", "left", "right")[across],
+        va=("center", "bottom", "top")[up],
         size=7.0,
         bbox=_PAPER,
         zorder=2.2,
     )
-
-
-def _alignment(part: float, names: tuple[str, str, str]) -> Any:
-    """Select the alignment for a component of a unit vector: negative, about zero or positive."""
-    negative, zero, positive = names
-    if part > 0.3:
-        return positive
-    if part < -0.3:
-        return negative
-    return zero
 
 
 def _degrees(angle: float) -> str:

@@ -36,7 +36,7 @@ from tendon_cli.figures.motion_marks import (
     stretches,
     turning_key,
 )
-from tendon_cli.figures.scales import Scale, axis_scale, caption, plain_numbers, value_texts
+from tendon_cli.figures.scales import Scale, axis_scale, caption, value_texts
 from tendon_cli.figures.style import (
     COLUMN_WIDTH,
     INK,
@@ -102,6 +102,8 @@ _CROSS: dict[str, Any] = {
     "color": INK,
     **WHOLE,
 }
+
+_IN_KEY: dict[str, Any] = {"markevery": 1, "markersize": 2.8}
 
 Cell = tuple[int, int]
 """A panel on a page: indices of its quantity and of its value among the data's panels."""
@@ -462,13 +464,11 @@ def _page(
         texts = [shown.titled] if len(data.quantities) > 1 else []
         texts += [data.panels[cell[1]]] if data.panels else []
         axes.set_title(fitted(", ".join(texts), panel_width), y=1.0)
-        if place >= len(cells) - columns:
-            axes.set_xlabel(fitted(data.x_label, panel_width))
+        axes.set_xlabel(fitted(data.x_label, panel_width))
         axes.margins(y=0.05)
         if not _share_y(data, panels, cells, place, columns):
             label = shown.short_label if len(data.quantities) > 1 else shown.label
             axes.set_ylabel(fitted(label, panel_height))
-        axes.yaxis.set_major_formatter(plain_numbers())
     for axes in panels:
         low, high = axes.get_ylim()
         if data.is_slack_below_zero and low < -0.01 * high:
@@ -508,7 +508,6 @@ def _draw_lines(axes: Axes, data: CurveData, cell: Cell, width: float) -> None:
     for colour, dash in np.ndindex(*values.shape[:2]):
         _draw_line(axes, data, cell, colour, dash)
     if data.x is None:
-        axes.xaxis.set_major_formatter(plain_numbers())
         return
     if not data.x.names:
         _mark_motion(axes, data, data.x, cell)
@@ -621,28 +620,25 @@ def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
     key: list[Any] = []
     for place, (text, _) in enumerate(data.colours):
         if text:
-            style = _line_style(data, place, 0, points) | {"markevery": 1, "markersize": 2.8}
-            key.append(Line2D([], [], **style, label=text))
+            key.append(
+                Line2D([], [], **{**_line_style(data, place, 0, points), **_IN_KEY}, label=text)
+            )
     for place, text in enumerate(data.dashes):
-        style = _line_style(data, 0, place, points) | {"markevery": 1, "color": INK}
-        style["markerfacecolor"] = ("black", "white")[place]
-        label = text
-        if style["marker"] != "none":
-            style["marker"] = "o"
-            label = f"{text}, {('filled', 'open')[place]}"
-        key.append(Line2D([], [], **style, label=label))
+        style = {**_line_style(data, 0, place, points), **_IN_KEY, "color": INK}
+        style["markerfacecolor"] = (INK, "white")[place]
+        key.append(Line2D([], [], **style, label=text))
     for mark in data.marks:
         if any(mark.holds[cell].any() for cell in cells):
             style = dict(mark.on_line if data.has_stretches else mark.on_point)
             key.append(Line2D([], [], label=mark.label, **{"color": INK, **style}))
     panels = sorted({panel for _, panel in cells})
-    if data.turning[panels].any():
-        key.append(turning_key())
-    if any(np.isfinite(data.others[cell]).any() for cell in cells):
-        key.append(band_key())
-    if data.at_record_end[panels].any():
-        key.append(ends_key())
     is_known = [np.isfinite(data.values[cell]).any(axis=(0, 1)).all() for cell in cells]
-    if data.x is not None and not all(is_known):
-        key.append(hatch_key("no value"))
+    for holds, entry in (
+        (data.turning[panels].any(), turning_key()),
+        (any(np.isfinite(data.others[cell]).any() for cell in cells), band_key()),
+        (data.at_record_end[panels].any(), ends_key()),
+        (data.x is not None and not all(is_known), hatch_key("no value")),
+    ):
+        if holds:
+            key.append(entry)
     return key

@@ -10,13 +10,12 @@ import math
 import re
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from tendon_cli import say
 from tendon_cli.cube.labels import plain, with_symbols, without_formulas
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import (
@@ -24,7 +23,6 @@ from tendon_cli.figures.backend import (
     Figure,
     FigureCanvasAgg,
     FontProperties,
-    Text,
     is_math_text,
     text_to_path,
 )
@@ -67,18 +65,6 @@ class Page:
     """Width, mm."""
     inner: float
     """Height of all panels, mm."""
-
-    def of_joint(self, study: Any) -> Page:
-        """Return this page with the word for the study's joint instead of "elbow".
-
-        The title stays as it is, because it is the user's.
-        """
-        word = say.joint_name(study)
-        if word != "elbow":
-            for text in self.figure.findobj(Text):
-                if text.get_gid() != "title":
-                    text.set_text(named(text.get_text(), word))
-        return replace(self, says=named(self.says, word))
 
     def check_fits(self) -> None:
         """Raise UsageError if the panels do not fit into the size of the page."""

@@ -260,16 +260,12 @@ def format_of(path: Path, where: str) -> str:
     return kind
 
 
-def named(text: str, joint: str | None = None) -> str:
+def named(text: str) -> str:
     """Put the name of the study's joint into a text about the elbow.
 
     Where the name stands already, it stays, as in "left elbow".
-
-    Args:
-        text: The text.
-        joint: The name; None for that of `house_style`.
     """
-    word = joint or _JOINT.get()
+    word = _JOINT.get()
     pieces = re.split(rf"(?<!\w)({re.escape(word)})(?!\w)", text, flags=re.IGNORECASE)
     pieces[::2] = [say.name_joint(piece, word) for piece in pieces[::2]]
     return "".join(pieces)

@@ -535,7 +535,7 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list
     last = float(drawn.along[-1])
     panel.set_xlim((first, last) if first < last else (first - 1.0, last + 1.0))
     panel.set_ylim(0.0, drawn.top)
-    panel.set_xlabel(drawn.axis_label)
+    panel.set_xlabel(fitted(drawn.axis_label, PAGE_WIDTH))
     panel.set_ylabel(_pretension_label(cube))
     for end, bounds, tightest, samples in zip(
         ("from", "to"), drawn.ends, drawn.tightest, drawn.at_samples, strict=True
