@@ -21,7 +21,7 @@ from tendon_cli.answer_record import (
 )
 from tendon_cli.cube.columns import column_named
 from tendon_cli.cube.cube import Cube, CubeAsRead, choices_of
-from tendon_cli.cube.labels import ColumnLabel, plain
+from tendon_cli.cube.labels import plain
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.answer_page import (
     answer_page,
@@ -31,13 +31,14 @@ from tendon_cli.figures.answer_page import (
     settable_label,
     star,
 )
-from tendon_cli.figures.backend import Axes, Line2D
+from tendon_cli.figures.backend import Axes
 from tendon_cli.figures.choice_maps import draw_served, draw_tolerance
 from tendon_cli.figures.frame import Page, fitted, numbered, panels_of, save_pages
 from tendon_cli.figures.layout import is_of_rows
 from tendon_cli.figures.served import draw_population
-from tendon_cli.figures.style import OKABE_ITO, PAGE_WIDTH, STAR, WHOLE, house_style
+from tendon_cli.figures.style import OKABE_ITO, PAGE_WIDTH, STAR, WHOLE, house_style, key_line
 from tendon_cli.figures.windows import draw_between, draw_rows, draw_trade_off, draw_windows
+from tendon_cli.model.kinematics import Array
 from tendon_cli.registry import by_name
 from tendon_cli.space.axis import Axis, evenly_spaced
 from tendon_cli.studies.study import Study
@@ -313,16 +314,16 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> list[
     high = np.where(np.isnan(values["pretension_to"]), np.inf, values["pretension_to"])
     length = np.where(np.isinf(high), np.inf, values["tolerance_length"])
     settable = is_settable(record, length, 0.5 * (high - values["pretension_from"]))
-    front = np.array(sorted([value_of(row, name) for name in names] for row in on_front)).T
+    front = sorted(on_front, key=lambda row: [value_of(row, name) for name in names])
     rows = [axis for axis in long_axes(cube) if is_of_rows(axis)]
     joined = "" if rows else "-"  # there is nothing between two parts
     of_front: dict[str, Any] = {"color": OKABE_ITO[1], "marker": "o", "linestyle": joined}
     of_front |= WHOLE
     text = "Pareto front: none is as good in all goals and better in one"
     key = [
-        Line2D([], [], **_NOT_SETTABLE, label="choice with a window"),
-        Line2D([], [], **_IS_SETTABLE, label=settable_label(record)),
-        Line2D([], [], **of_front, label=text),
+        key_line(**_NOT_SETTABLE, label="choice with a window"),
+        key_line(**_IS_SETTABLE, label=settable_label(record)),
+        key_line(**of_front, label=text),
     ]
     is_best_drawn = _has_numbers(best, names)
     if is_best_drawn:
@@ -340,21 +341,22 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> list[
     page = answer_page(cube, record, "what one goal costs the other", 95.0, key, notes)
     (panel,) = panels_of(page, 1, 1, 1)
 
-    def draw(points: Sequence[Any], **style: Any) -> None:
-        x, y = (quantity.scaled(value) for quantity, value in zip(shown, points, strict=True))
-        panel.plot(x, y, **style)
-
+    x, y = (quantity.scaled(values[name]) for quantity, name in zip(shown, names, strict=True))
     for is_drawn, style in (
         (has_window & ~settable, _NOT_SETTABLE),
         (has_window & settable, _IS_SETTABLE),
     ):
-        draw([values[name][is_drawn] for name in names], **style)
-    draw(list(front), **of_front)
+        panel.plot(x[is_drawn], y[is_drawn], **style)
+    x, y, best_x, best_y = (
+        quantity.scaled([value_of(row, name) for row in of_rows])
+        for of_rows in (front, [best] if is_best_drawn else [])
+        for quantity, name in zip(shown, names, strict=True)
+    )
+    panel.plot(x, y, **of_front)
     panel.margins(y=0.1)
-    if len(on_front) <= _MOST_TOLD:
-        _write_tolerances(panel, on_front, names, shown, rows)
-    if is_best_drawn:
-        draw([value_of(best, name) for name in names], **STAR)
+    if len(front) <= _MOST_TOLD:
+        _write_tolerances(panel, front, x, y, rows)
+    panel.plot(best_x, best_y, **STAR)
     labels = [
         f"{quantity.label}, the {'more' if goal['maximise'] else 'less'} the better"
         for quantity, goal in zip(shown, goals, strict=True)
@@ -372,28 +374,25 @@ def _has_numbers(choice: ChoiceRecord, names: Sequence[str]) -> bool:
 
 
 def _write_tolerances(
-    panel: Axes,
-    front: Sequence[ChoiceRecord],
-    names: Sequence[str],
-    shown: Sequence[ColumnLabel],
-    rows: Sequence[Axis],
+    panel: Axes, front: Sequence[ChoiceRecord], x: Array, y: Array, rows: Sequence[Axis]
 ) -> None:
     """Write next to each choice of a front its rows of tables, and how far it may be off."""
+    left, right = panel.get_xlim()
     for number, row in enumerate(front):
         length = row["tolerance_length"]
         text = "no upper end" if length is None else f"± {say.length_to_spare(length)}"
         if rows:
             parts = ", ".join(str(value_of(row, axis.column)) for axis in rows)
             text = f"{plain(parts)}: {text}"
-        x, y = (
-            quantity.scaled(value_of(row, name))
-            for quantity, name in zip(shown, names, strict=True)
+        is_right = x[number] > left + _FAR_RIGHT * (right - left)
+        panel.annotate(
+            text,
+            (x[number], y[number]),
+            (-5 if is_right else 5, 4 if number % 2 == 0 else -9),  # neighbours do not touch
+            ha="right" if is_right else "left",
+            size=6.5,
+            textcoords="offset points",
         )
-        left, right = panel.get_xlim()
-        is_right = x > left + _FAR_RIGHT * (right - left)
-        place = (-5 if is_right else 5, 4 if number % 2 == 0 else -9)  # neighbours do not touch
-        align = "right" if is_right else "left"
-        panel.annotate(text, (x, y), place, ha=align, size=6.5, textcoords="offset points")
 
 
 FIGURES: dict[str, AnswerFigure] = {

@@ -20,7 +20,7 @@ from tendon_cli.figures.backend import Line2D
 from tendon_cli.figures.frame import Page, framed, source_of
 from tendon_cli.figures.layout import is_of_rows
 from tendon_cli.figures.scales import off_default
-from tendon_cli.figures.style import PAGE_WIDTH, STAR
+from tendon_cli.figures.style import PAGE_WIDTH, STAR, key_line
 from tendon_cli.space.axis import Axis
 
 
@@ -108,7 +108,7 @@ def set_text(cube: Cube, record: AnswerRecord, choice: ChoiceRecord) -> str:
 
 def star(label: str) -> Line2D:
     """Return the star that marks the choice named first, for the key."""
-    return Line2D([], [], label=label, **STAR)
+    return key_line(label=label, **STAR)
 
 
 def is_settable(record: AnswerRecord, length: ColumnArray, half: ColumnArray) -> ColumnArray:

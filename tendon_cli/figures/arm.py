@@ -11,9 +11,9 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.cube.labels import number
 from tendon_cli.figures.arm_shape import ArmShape, ArmSizes, Points, arm_sizes
-from tendon_cli.figures.backend import Arc, Axes, Circle, FancyArrowPatch, Line2D, Patch
+from tendon_cli.figures.backend import Arc, Axes, Circle, FancyArrowPatch, Patch
 from tendon_cli.figures.frame import Page, framed, source_of_study
-from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, house_style
+from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, house_style, key_line
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.studies.angle_curves import curves_of
@@ -73,11 +73,11 @@ def arm_page(study: Study, elbow_angles: Sequence[float] = (), case: str | None 
     names = (study.title or study.name, case)
     title = ", ".join(name for name in names if name)
     key = [
-        Line2D([], [], color=FLEXOR, linewidth=1.6, label="flexor tendon (dashed: in its sheath)"),
-        Line2D([], [], color=EXTENSOR, linewidth=1.6, label="extensor tendon"),
-        Line2D([], [], label="virtual pulley", **_PULLEY),
-        Line2D([], [], marker="P", markersize=5.0, label="centre of mass", **_WHITE),
-        Line2D([], [], label="load", **_LOAD),
+        key_line(color=FLEXOR, linewidth=1.6, label="flexor tendon (dashed: in its sheath)"),
+        key_line(color=EXTENSOR, linewidth=1.6, label="extensor tendon"),
+        key_line(label="virtual pulley", **_PULLEY),
+        key_line(marker="P", markersize=5.0, label="centre of mass", **_WHITE),
+        key_line(label="load", **_LOAD),
     ]
     with house_style():
         page = framed(title, 165.0, key, (_MEANING, *remarks), study=source_of_study(study))
@@ -112,8 +112,8 @@ def _travels_page(study: Study, angles: Sequence[float]) -> Page:
     notes = [f"{len(measured)} measured angles{smoothed}. Travels count from {_degrees(origin)}."]
     colours = dict(zip(SIDES, OKABE_ITO, strict=False))
     key: list[Any] = [
-        *(Line2D([], [], color=colour, label=side) for side, colour in colours.items()),
-        Line2D([], [], color=INK, marker="o", markersize=2.5, linestyle="", label="measured"),
+        *(key_line(color=colour, label=side) for side, colour in colours.items()),
+        key_line(color=INK, marker="o", markersize=2.5, linestyle="", label="measured"),
         Patch(facecolor=_MOTION, label="motion of the study"),
     ]
     with house_style():

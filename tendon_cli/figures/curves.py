@@ -15,7 +15,7 @@ from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel
 from tendon_cli.cube.room import room_to
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.backend import Axes, Line2D
+from tendon_cli.figures.backend import Axes
 from tendon_cli.figures.frame import Page, fitted, framed, grid_shape, panels_of
 from tendon_cli.figures.layout import CurvePlan
 from tendon_cli.figures.limit_remarks import crosses_zero, limit_remarks
@@ -46,6 +46,7 @@ from tendon_cli.figures.style import (
     WHOLE,
     Colour,
     hatch_key,
+    key_line,
     load_colours,
     sequence,
     unknown_hatch,
@@ -620,17 +621,15 @@ def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
     key: list[Any] = []
     for place, (text, _) in enumerate(data.colours):
         if text:
-            key.append(
-                Line2D([], [], **{**_line_style(data, place, 0, points), **_IN_KEY}, label=text)
-            )
+            key.append(key_line(**{**_line_style(data, place, 0, points), **_IN_KEY}, label=text))
     for place, text in enumerate(data.dashes):
         style = {**_line_style(data, 0, place, points), **_IN_KEY, "color": INK}
         style["markerfacecolor"] = (INK, "white")[place]
-        key.append(Line2D([], [], **style, label=text))
+        key.append(key_line(**style, label=text))
     for mark in data.marks:
         if any(mark.holds[cell].any() for cell in cells):
             style = dict(mark.on_line if data.has_stretches else mark.on_point)
-            key.append(Line2D([], [], label=mark.label, **{"color": INK, **style}))
+            key.append(key_line(label=mark.label, **{"color": INK, **style}))
     panels = sorted({panel for _, panel in cells})
     is_known = [np.isfinite(data.values[cell]).any(axis=(0, 1)).all() for cell in cells]
     for holds, entry in (

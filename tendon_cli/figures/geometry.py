@@ -17,9 +17,9 @@ import numpy.typing as npt
 from tendon_cli.cube.labels import number
 from tendon_cli.errors import InputError
 from tendon_cli.figures.arm import arm_page
-from tendon_cli.figures.backend import Axes, Line2D, mpl
+from tendon_cli.figures.backend import Axes, mpl
 from tendon_cli.figures.frame import Page, framed, save_pages, source_of_study
-from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, SEQUENTIAL, house_style
+from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, SEQUENTIAL, house_style, key_line
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import CASE_AXIS
@@ -84,7 +84,7 @@ def route_page(
     metres = number(curve.length / 1e3)
     count = f"{len(marks)} way-points over {metres} m; the views are to one scale."
     with house_style():
-        key = [Line2D([], [], **style) for style in _ENDS]
+        key = [key_line(**style) for style in _ENDS]
         page = framed(title, 118.0, key, (count, *notes), study=study)
         grid = page.figure.add_gridspec(2, 3, height_ratios=(1.2, 1.0))
         # A few sharp turns do not set the scale of colours.

@@ -29,7 +29,7 @@ from tendon_cli.cube.labels import plain, with_symbols
 from tendon_cli.figures.answer_page import gauge_text
 from tendon_cli.figures.backend import Axes, Line2D, Patch
 from tendon_cli.figures.frame import Page, framed, panels_of, source_of
-from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO, house_style
+from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO, house_style, key_line
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.registry import by_name
@@ -134,10 +134,10 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
     ]
     if np.isfinite(band).all():
         label = f"between these lines at least {say.percent(record['serve'])} of them are served"
-        key.append(Line2D([], [], label=label, **_LIMIT))
+        key.append(key_line(label=label, **_LIMIT))
     key += _key_of_setting(record, pretension)
     for reason, style in zip(reasons, styles, strict=True):
-        key.append(Line2D([], [], label=with_symbols(reason["text"], width=60, lines=2), **style))
+        key.append(key_line(label=with_symbols(reason["text"], width=60, lines=2), **style))
     balanced = np.flatnonzero(~np.isnan(low))
     unbalanced = len(low) - len(balanced)
     notes = []
@@ -190,7 +190,7 @@ def _key_of_setting(record: AnswerRecord, pretension: float) -> list[Line2D]:
     question = record["question"]
     text = f"{say.number(pretension, question.setting_digits)} {question.unit}"
     label = f"set: {(best and gauge_text(record, best)) or text}"
-    return [Line2D([], [], color=INK, linewidth=0.9, label=label)]
+    return [key_line(color=INK, linewidth=0.9, label=label)]
 
 
 def _reason_style(place: int) -> dict[str, Any]:
@@ -271,7 +271,7 @@ def how_sure(record: AnswerRecord) -> Page:
     ends = population["sobol"]
     pretension = _nan_if_null(population["pretension"])
     enough = 100.0 * record["serve"]
-    key: list[Any] = [Line2D([], [], label=f"enough: {enough:g} %", **_ENOUGH)]
+    key: list[Any] = [key_line(label=f"enough: {enough:g} %", **_ENOUGH)]
     key += _key_of_setting(record, pretension)
     if ends:
         key += [Patch(facecolor=colour, label=label) for label, colour in _INDICES.values()]

@@ -13,7 +13,6 @@ from tendon_cli.cube.choice_grid import upper_ends
 from tendon_cli.cube.cube import Cube
 from tendon_cli.figures.answer_figures import answer_pages
 from tendon_cli.figures.answer_page import star
-from tendon_cli.figures.backend import Line2D
 from tendon_cli.figures.choice_maps import longest_tolerance
 from tendon_cli.figures.frame import Page, fitted, framed, panels_of
 from tendon_cli.figures.scales import scale_of_names
@@ -24,6 +23,7 @@ from tendon_cli.figures.style import (
     PAGE_WIDTH,
     STAR,
     house_style,
+    key_line,
     limit_colours,
 )
 from tendon_cli.figures.windows import Windows, draw_panel, window_key
@@ -72,7 +72,7 @@ def windows_page(
     meaning = "window of the study's own conditions"
     key = window_key([windows], colours, bounds, meaning, "no window")
     if np.isfinite(fresh_low).any():
-        key.append(Line2D([], [], color=INK, linewidth=1.2, label="window of the fresh sample"))
+        key.append(key_line(color=INK, linewidth=1.2, label="window of the fresh sample"))
     key.append(star("what is set"))
     with house_style():
         page = framed(title, 66.0, key, study=study, width=width)

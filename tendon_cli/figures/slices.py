@@ -17,11 +17,11 @@ from contourpy import contour_generator
 
 from tendon_cli.cube.axes import LOAD
 from tendon_cli.cube.cube import Cube
-from tendon_cli.figures.backend import Axes, Line2D, Patch, TickedStroke, mpl, withStroke
+from tendon_cli.figures.backend import Axes, Patch, TickedStroke, mpl, withStroke
 from tendon_cli.figures.frame import Page, fitted, grid_shape, panels_of, text_width
 from tendon_cli.figures.layout import fewer, thin_out
 from tendon_cli.figures.scales import Scale, axis_scale, value_texts
-from tendon_cli.figures.style import INK, PAGE_HEIGHT, STAR, hatch_key, unknown_hatch
+from tendon_cli.figures.style import INK, PAGE_HEIGHT, STAR, hatch_key, key_line, unknown_hatch
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.space.axis import Axis
 
@@ -133,7 +133,7 @@ class Slice:
     def key(self, panels: Sequence[int]) -> list[Any]:
         """Return the key to what is drawn over the colours of some panels."""
         key: list[Any] = [
-            Line2D([], [], label=border.label, **_line_style(border))
+            key_line(label=border.label, **_line_style(border))
             for border in self.borders
             if any(_has_line(self, border.room[panel]) for panel in panels)
         ]

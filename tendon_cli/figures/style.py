@@ -22,7 +22,14 @@ import numpy.typing as npt
 from tendon_cli import say
 from tendon_cli.cube.outcomes import EXTENSOR_SLACK, FLEXOR_SLACK, TAUT
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.backend import Figure, FigureCanvasAgg, LinearSegmentedColormap, Patch, mpl
+from tendon_cli.figures.backend import (
+    Figure,
+    FigureCanvasAgg,
+    Line2D,
+    LinearSegmentedColormap,
+    Patch,
+    mpl,
+)
 from tendon_cli.studies.figures import WIDTHS
 
 MM = 1.0 / 25.4
@@ -274,6 +281,11 @@ def named(text: str) -> str:
 def unknown_hatch() -> dict[str, Any]:
     """Return the style of an area in which there is no value."""
     return {"facecolor": "#efefef", "hatch": "////", "edgecolor": FAINT, "linewidth": 0.0}
+
+
+def key_line(**style: Any) -> Line2D:
+    """Return the sample of a line or marker, for the key."""
+    return Line2D([], [], **style)
 
 
 def hatch_key(label: str) -> Patch:

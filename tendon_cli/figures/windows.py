@@ -35,7 +35,7 @@ from tendon_cli.figures.answer_page import (
     set_text,
     star,
 )
-from tendon_cli.figures.backend import Axes, Line2D, Patch
+from tendon_cli.figures.backend import Axes, Patch
 from tendon_cli.figures.frame import Page, fitted, grid_shape, panels_of
 from tendon_cli.figures.layout import MOST_NAMES, MOST_NUMBERS, is_of_rows, numbers_that_vary
 from tendon_cli.figures.motion_marks import cell_edges, ends_key, hatch_ends
@@ -50,6 +50,7 @@ from tendon_cli.figures.style import (
     WHOLE,
     WINDOW,
     Colour,
+    key_line,
     limit_colours,
 )
 from tendon_cli.model.kinematics import Array
@@ -192,10 +193,10 @@ def window_key(
     if any((part.low > part.high).any() for part in parts):
         key.append(Patch(facecolor=NO_WINDOW, label="no window: the lower limit is above"))
     if any(np.isnan(part.low).any() for part in parts):
-        key.append(Line2D([], [], color=FAINT, marker="x", linestyle="", label=none))
+        key.append(key_line(color=FAINT, marker="x", linestyle="", label=none))
     for marker, (name, colour) in zip(itertools.cycle(MARKERS[1:]), colours.items(), strict=False):
         label = f"ends where: {_limit_label(name, bounds)}"
-        key.append(Line2D([], [], color=colour, marker=marker, markersize=3.5, label=label))
+        key.append(key_line(color=colour, marker=marker, markersize=3.5, label=label))
     return key
 
 
@@ -335,7 +336,7 @@ def _draw_points(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord, count: 
     width = np.minimum(width, top)
     colours = limit_colours(str(name) for name in np.unique(part.upper))
     key: list[Any] = [
-        Line2D([], [], color=colour, label=_limit_label(name, cube.limits), **_POINT)
+        key_line(color=colour, label=_limit_label(name, cube.limits), **_POINT)
         for name, colour in colours.items()
     ]
     if chosen["feasible"]:
@@ -414,7 +415,7 @@ def draw_trade_off(
     colours = limit_colours(part.limits)
     meaning = f"window that works for {served_words(record)}"
     key = window_key([part], colours, cube.limits, meaning, "no choice has a window")
-    key.append(Line2D([], [], label="pretension to set", color=INK, **_END))
+    key.append(key_line(label="pretension to set", color=INK, **_END))
     best = record["best"]
     at = [
         place
@@ -496,14 +497,14 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list
     lines = [(name, values) for bounds in drawn.ends for name, values in bounds.items()]
     in_picture = {name for name, values in lines if (drawn.shown(values) > 0.0).any()}
     key: list[Any] = [
-        Line2D([], [], color=colour, label=say.limit_words(name, cube.limits).label)
+        key_line(color=colour, label=say.limit_words(name, cube.limits).label)
         for name, colour in colours.items()
         if name in in_picture
     ]
     window, at_place = drawn.works
-    key.append(Line2D([], [], color=INK, linewidth=2.2, label=f"thick: binds at that {drawn.word}"))
+    key.append(key_line(color=INK, linewidth=2.2, label=f"thick: binds at that {drawn.word}"))
     if len(drawn.samples):
-        key.append(Line2D([], [], color=INK, label="angle of the study", **_POINT))
+        key.append(key_line(color=INK, label="angle of the study", **_POINT))
     key.append(Patch(facecolor=_WORKS, label=f"window: {window}"))
     key.append(Patch(facecolor=_AT_PLACE, label=at_place))
     if not drawn.does_count.all():
@@ -511,7 +512,7 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list
     unit = reading_unit(cube.document)
     ends = [_end_of_window(drawn, chosen, end, unit) for end in ("from", "to")]
     label = f"ends of the window: {' '.join(text for text, _, _ in ends)}"
-    key.append(Line2D([], [], label=label, **_WINDOW_END))
+    key.append(key_line(label=label, **_WINDOW_END))
     pretension = chosen["pretension"]
     if pretension is not None:
         key.append(star(gauge_text(record, chosen) or "pretension to set"))
