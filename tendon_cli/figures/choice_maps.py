@@ -34,7 +34,7 @@ from tendon_cli.figures.slices import (
     draw_pages,
     grid_of,
 )
-from tendon_cli.figures.style import BLUES, INK, PAGE_WIDTH
+from tendon_cli.figures.style import BLUES, INK, PAGE_WIDTH, largest
 from tendon_cli.space.axis import Axis
 
 _PALE = ("#f6d9c5", "#e9e2f3", "#dcebe4", "#f7ecc8", "#e5e5e5", "#dbe7f3")
@@ -83,9 +83,7 @@ def longest_tolerance(cube: Cube) -> float:
     if axes is None:
         return 0.0
     _, read = grid_of_choices(cube, axes)
-    length = read["tolerance_length"]
-    is_bounded = np.isfinite(length) & (read["pretension_from"] <= read["pretension_to"])
-    return float(np.max(length[is_bounded], initial=0.0))
+    return largest(read["tolerance_length"][read["pretension_from"] <= read["pretension_to"]])
 
 
 def draw_tolerance(
@@ -122,7 +120,7 @@ def draw_tolerance(
     with np.errstate(invalid="ignore"):
         settable = is_settable(record, length, 0.5 * (high - low))
     if longest is None:
-        longest = float(np.max(length[has_window & np.isfinite(length)], initial=0.0))
+        longest = largest(length[has_window])
     decided = record["decided"]
     if longest == 0.0 and decided is not None:
         longest = decided["needed"]

@@ -55,16 +55,14 @@ class Scale:
     def edges(self) -> Array:
         """Borders of the cells around the places (places + 1)."""
         places = np.log(self.places) if self.is_log else self.places
-        if len(places) > 1:
-            first_step = places[1] - places[0]
-            last_step = places[-1] - places[-2]
+        if len(places) == 1:
+            half = 0.5 if self.names else 0.05 * max(abs(float(places[0])), 1.0)
+            edges = np.array([places[0] - half, places[0] + half])
         else:
-            first_step = 1.0 if self.names else max(abs(places[0]), 1.0) * 0.1
-            last_step = first_step
-        middles = (places[:-1] + places[1:]) / 2.0
-        first = places[0] - first_step / 2.0
-        last = places[-1] + last_step / 2.0
-        edges = np.concatenate(([first], middles, [last]))
+            middles = (places[:-1] + places[1:]) / 2.0
+            first = 2.0 * places[0] - middles[0]
+            last = 2.0 * places[-1] - middles[-1]
+            edges = np.concatenate(([first], middles, [last]))
         return np.exp(edges) if self.is_log else edges
 
     def reversed(self) -> Scale:

@@ -29,7 +29,7 @@ from tendon_cli.cube.labels import plain, with_symbols
 from tendon_cli.figures.answer_page import gauge_text
 from tendon_cli.figures.backend import Axes, Line2D, Patch
 from tendon_cli.figures.frame import Page, framed, panels_of, source_of
-from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO, house_style, key_line
+from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO, house_style, key_line, largest
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.registry import by_name
@@ -157,8 +157,8 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
     place = (np.arange(len(order)) + 0.5) / max(len(order), 1) * 100.0
     least = pretension if np.isfinite(pretension) else 1.0
     top = max(
-        _ROOM * float(np.nanmax(low, initial=least)),
-        float(np.max(high[np.isfinite(high)], initial=0.0)),
+        _ROOM * largest([*low, least]),
+        largest(high),
     )
     width = max(0.25, 230.0 / max(len(order), 1))
     axes = panels[0]

@@ -24,6 +24,7 @@ from tendon_cli.figures.style import (
     STAR,
     house_style,
     key_line,
+    largest,
     limit_colours,
 )
 from tendon_cli.figures.windows import Windows, draw_panel, window_key
@@ -77,7 +78,7 @@ def windows_page(
     with house_style():
         page = framed(title, 66.0, key, study=study, width=width)
         (panel,) = panels_of(page, 1, 1, 1)
-        draw_panel(panel, scale, windows, colours, float(np.nanmax(pretensions, initial=0.0)))
+        draw_panel(panel, scale, windows, colours, largest(pretensions))
         fresh_high = np.minimum(upper_ends(fresh_low, fresh_high), panel.get_ylim()[1])
         panel.vlines(scale.places, fresh_low, fresh_high, color=INK)
         panel.plot(scale.places, pretensions, gid="best", **STAR)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import itertools
 import re
 import threading
 import warnings
@@ -74,6 +75,12 @@ STAR: dict[str, Any] = {
     **WHOLE,
 }
 """Style of the choice that an answer names first, which stands whole at the edge of a panel."""
+
+
+def largest(values: npt.ArrayLike) -> float:
+    """Return the largest finite value; 0 if none is above it."""
+    array = np.asarray(values, dtype=np.float64)
+    return float(np.max(array[np.isfinite(array)], initial=0.0))
 
 
 def shades(colour: str) -> list[str]:
@@ -320,9 +327,7 @@ def limit_colours(limits: Iterable[str]) -> dict[str, Colour]:
         limits: Names of the limits of a figure, in the order of its key.
     """
     names = list(dict.fromkeys(limits))
-    colours = {name: COLOUR_OF_LIMIT[name] for name in names if name in COLOUR_OF_LIMIT}
-    free = [colour for colour in reversed(OKABE_ITO) if colour not in colours.values()]
-    others = [name for name in names if name not in colours]
-    for place, name in enumerate(others):
-        colours[name] = free[min(place, len(free) - 1)] if free else OKABE_ITO[-1]
-    return {name: colours[name] for name in names}
+    known = [COLOUR_OF_LIMIT[name] for name in names if name in COLOUR_OF_LIMIT]
+    free = [colour for colour in reversed(OKABE_ITO) if colour not in known] or [OKABE_ITO[-1]]
+    others = itertools.chain(free, itertools.repeat(free[-1]))
+    return {name: COLOUR_OF_LIMIT.get(name) or next(others) for name in names}

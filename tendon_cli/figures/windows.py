@@ -51,6 +51,7 @@ from tendon_cli.figures.style import (
     WINDOW,
     Colour,
     key_line,
+    largest,
     limit_colours,
 )
 from tendon_cli.model.kinematics import Array
@@ -166,10 +167,9 @@ def _top(windows: Windows, most: float) -> float:
     """
     low, high, _, _ = windows
     is_window = low <= high
-    highest = max((value for value in (*low, *high, most) if np.isfinite(value)), default=0.0)
+    highest = largest([*low, *high, most])
     if is_window.any():
-        ends = (*low[is_window], *high[is_window], most)
-        highest = min(highest, 1.5 * max(value for value in ends if np.isfinite(value)))
+        highest = min(highest, 1.5 * largest([*low[is_window], *high[is_window], most]))
     return _ROOM * highest or 1.0
 
 
@@ -329,7 +329,7 @@ def _draw_points(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord, count: 
     part = Windows.of(read)
     with np.errstate(invalid="ignore"):
         width = part.high - part.low
-    top = 1.1 * float(np.max(width[np.isfinite(width)], initial=0.0)) or 1.0
+    top = 1.1 * largest(width) or 1.0
     notes = [_MEANING_OF_POINTS]
     if np.isinf(width).any():
         notes.append("Windows without an upper end stand at the upper edge.")
@@ -435,7 +435,7 @@ def draw_trade_off(
     total = 104.0 + scale.height_of_names(width - 20.0)
     page = answer_page(cube, record, title, total, key, notes, width=width, height=height)
     panels = panels_of(page, 2, 1, 2, sharex=True, height_ratios=[3.0, 2.0])
-    draw_panel(panels[0], scale, part, colours, float(np.nanmax(pretension, initial=0.0)))
+    draw_panel(panels[0], scale, part, colours, largest(pretension))
     panels[0].set_ylabel(_pretension_label(cube))
     tension = cube.shown("max_tension")
     tensions = tension.scaled(_column(choices, "max_tension"))
@@ -444,7 +444,7 @@ def draw_trade_off(
         if at:
             panel.plot(scale.places[at], values[at], gid="best", **STAR)
     panels[1].set_ylabel(tension.label)
-    panels[1].set_ylim(0.0, _ROOM * float(np.nanmax(tensions)))  # from 0: a millinewton is no step
+    panels[1].set_ylim(0.0, _ROOM * largest(tensions))  # from 0: a millinewton is no step
     scale.apply(panels[1], "x", width - 20.0, cells=True)
     panels[1].set_xlabel(scale.label)
     return page
