@@ -214,9 +214,10 @@ def colour_scale(margins: Array) -> tuple[float, list[float], str]:
         bound = usual
     bound = bound or 1.0
     levels = list(mpl.ticker.MaxNLocator(10, steps=[1, 2, 2.5, 5, 10]).tick_values(-bound, bound))
-    is_beyond = [least < levels[0], most > levels[-1]]
-    extend = "both" if all(is_beyond) else "min" if is_beyond[0] else "max"
-    return levels[-1], levels, extend if any(is_beyond) else "neither"
+    ends = [("min", least < levels[0]), ("max", most > levels[-1])]
+    beyond = "".join(name for name, is_beyond in ends if is_beyond)
+    extend = {"": "neither", "minmax": "both"}
+    return levels[-1], levels, extend.get(beyond, beyond)
 
 
 def limit_colour(place: int) -> str:
