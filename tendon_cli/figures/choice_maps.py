@@ -220,22 +220,20 @@ def _tolerance_texts(
     low: ColumnArray, high: ColumnArray, length: ColumnArray, share: ColumnArray, unit: str
 ) -> tuple[npt.NDArray[Any], ...]:
     """Write each window with its tolerance in millimetres and percent; then ever shorter."""
-    forms: list[list[str]] = [[], [], []]
+    texts: list[tuple[str, str, str]] = []
     for values in zip(low.ravel(), high.ravel(), length.ravel(), share.ravel(), strict=True):
         first, last, tolerance, part = values
+        least = _short(first)
         millimetres = f"{say.number(1e3 * tolerance, 2)} mm"
         if not first <= last:
-            texts = ["", "", ""]
+            texts.append(("", "", ""))
         elif np.isinf(last):
-            texts = [f"from {_short(first)} {unit}\nno upper end", f"from {_short(first)} {unit}"]
-            texts.append(_short(first))
+            texts.append((f"from {least} {unit}\nno upper end", f"from {least} {unit}", least))
         else:
-            window = f"{_short(first)}–{_short(last)} {unit}"
+            window = f"{least}–{_short(last)} {unit}\n{millimetres}"
             percent = f"{100.0 * part:.0f} %"
-            texts = [f"{window}\n{millimetres} ({percent})", f"{window}\n{millimetres}\n{percent}"]
-            texts.append(millimetres)
-        for form, text in zip(forms, texts, strict=True):
-            form.append(text)
+            texts.append((f"{window} ({percent})", f"{window}\n{percent}", millimetres))
+    forms = zip(*texts, strict=True)
     return tuple(np.array(form, dtype=object).reshape(low.shape) for form in forms)
 
 

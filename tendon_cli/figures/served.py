@@ -228,10 +228,7 @@ def _draw_bodies(
             deviations[name] = deviations.get(name, 0.0) + weighted
     names = sorted(deviations, key=lambda name: -deviations[name])[:2]
     x, y = (rows[name] / say.factor_of(QUANTITIES[name]) for name in names)
-    is_rest = np.ones(len(x), dtype=np.bool_)
-    for group in groups:
-        is_rest[group] = False
-    axes.plot(x[is_rest], y[is_rest], ".", zorder=1, color=_SERVED, alpha=0.5, markersize=2.5)
+    axes.plot(x, y, ".", zorder=1, color=_SERVED, alpha=0.5, markersize=2.5)
     for group, style in zip(groups, styles, strict=True):
         axes.plot(x[group], y[group], zorder=2, **style)
     labels = [plain(f"{say.column(name)} ({QUANTITIES[name].shown_in})") for name in names]
