@@ -465,7 +465,8 @@ def _page(
         texts = [shown.titled] if len(data.quantities) > 1 else []
         texts += [data.panels[cell[1]]] if data.panels else []
         axes.set_title(fitted(", ".join(texts), panel_width), y=1.0)
-        axes.set_xlabel(fitted(data.x_label, panel_width))
+        if axes.xaxis.get_visible():
+            axes.set_xlabel(fitted(data.x_label, panel_width))
         axes.margins(y=0.05)
         if not _share_y(data, panels, cells, place, columns):
             label = shown.short_label if len(data.quantities) > 1 else shown.label
@@ -624,8 +625,9 @@ def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
             key.append(key_line(**{**_line_style(data, place, 0, points), **_IN_KEY}, label=text))
     for place, text in enumerate(data.dashes):
         style = {**_line_style(data, 0, place, points), **_IN_KEY, "color": INK}
-        style["markerfacecolor"] = (INK, "white")[place]
-        key.append(key_line(**style, label=text))
+        style["markerfacecolor"] = ("black", "white")[place]
+        shape = "" if style["marker"] == "none" else (", filled", ", open")[place]
+        key.append(key_line(**style, label=f"{text}{shape}"))
     for mark in data.marks:
         if any(mark.holds[cell].any() for cell in cells):
             style = dict(mark.on_line if data.has_stretches else mark.on_point)

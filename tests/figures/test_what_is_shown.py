@@ -13,7 +13,7 @@ from PIL import Image
 
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.draw import plot, table_of
-from tendon_cli.figures.style import INK, load_colours
+from tendon_cli.figures.style import load_colours
 from tendon_cli.studies.figures import figure_spec
 from tendon_cli.tables.read import TableFiles
 from tests.figures.runs import (
@@ -153,8 +153,8 @@ def test_open_and_filled_markers_are_in_the_key(run: TableFiles) -> None:
     legend = figure.legends[0]
     labels = [text.get_text() for text in legend.get_texts()]
     key = dict(zip(labels, legend.legend_handles, strict=True))
-    assert to_hex(key["extension"].get_markerfacecolor()) == "#ffffff"
-    assert to_hex(key["flexion"].get_markerfacecolor()) == INK
+    assert to_hex(key["extension, open"].get_markerfacecolor()) == "#ffffff"
+    assert to_hex(key["flexion, filled"].get_markerfacecolor()) == "#000000"
     for line in lines(panels(figure)[0], "curve"):
         is_open = to_hex(line.get_markerfacecolor()) == "#ffffff"
         assert is_open == line.get_label().endswith("extension")
