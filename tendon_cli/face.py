@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
 from threading import Event
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from tendon_cli.engine.cost import Estimate
     from tendon_cli.figures.backend import Figure
     from tendon_cli.figures.frame import Page
-    from tendon_cli.figures.side_by_side import WindowRow
     from tendon_cli.fits.friction.fit_result import Fit
     from tendon_cli.fits.suit.suit_result import SuitFit
     from tendon_cli.state_page.page import StatePage
@@ -407,37 +406,22 @@ def _picture_of_comparison(comparison: Comparison, title: str, **size: Any) -> P
     if runs:
         before, now = pair_of_designs((runs[0], runs[1])).both("margin")
         return margins_page(before, now, (first.label, second.label), title, study, **size)
-    read = say.setting_words(comparison.results[0].record["question"]["read"])
-    rows = [*_window_rows(comparison)]
-    return windows_page(rows, title, "".join(read), first.unit, study, **size)
-
-
-def _window_rows(comparison: Comparison) -> Iterator[WindowRow]:
-    """Yield the window of each answer of a comparison, as a figure has it."""
-    from tendon_cli.figures.side_by_side import WindowRow
-
+    read = "".join(say.setting_words(comparison.results[0].record["question"]["read"]))
     binds = [comparison.pairs[0].binds[0], *(pair.binds[1] for pair in comparison.pairs)]
-    lows, highs, pretensions = (
-        cast("list[float | None]", comparison.values(name))
-        for name in ("pretension_from", "pretension_to", "pretension")
-    )
-    for place, (result, side) in enumerate(zip(comparison.results, comparison.sides, strict=True)):
-        has_window = lows[place] is not None
-        bind = binds[place]
-        fresh = None if bind is None else bind.fresh
-        limits = ["", ""]
-        if bind is not None:
-            for end, limit in enumerate((bind.lower, bind.upper)):
-                if limit is not None:
-                    limits[end] = say.limit_words(limit, result.record["question"]["limits"]).label
-        yield WindowRow(
-            label=side.label,
-            low=lows[place],
-            high=highs[place],
-            pretension=pretensions[place] if has_window else None,
-            fresh=None if fresh is None or fresh[0] is None else (fresh[0], fresh[1]),
-            limits=(limits[0], limits[1]),
-        )
+    columns: dict[str, list[Any]] = {
+        name: comparison.values(name) for name in ("pretension_from", "pretension_to", "pretension")
+    }
+    columns["from_by"] = [(bind and bind.lower) or "" for bind in binds]
+    columns["to_by"] = [(bind and bind.upper) or "" for bind in binds]
+    columns["fresh"] = [(bind and bind.fresh) or (None, None) for bind in binds]
+    bounds = [result.record["question"]["limits"] for result in comparison.results]
+    common = {
+        name: value if all(one.get(name) == value for one in bounds) else None
+        for one in bounds
+        for name, value in one.items()
+    }
+    labels = [side.label for side in comparison.sides]
+    return windows_page(labels, columns, common, title, f"{read} ({first.unit})", study, **size)
 
 
 def write_comparison(comparison: Comparison, out: FileName, *, overwrite: bool = False) -> Path:

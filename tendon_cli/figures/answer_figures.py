@@ -21,7 +21,7 @@ from tendon_cli.answer_record import (
 )
 from tendon_cli.cube.columns import column_named
 from tendon_cli.cube.cube import Cube, CubeAsRead, choices_of
-from tendon_cli.cube.labels import ColumnLabel, plain
+from tendon_cli.cube.labels import plain
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.answer_page import (
     answer_page,
@@ -31,13 +31,14 @@ from tendon_cli.figures.answer_page import (
     settable_label,
     star,
 )
-from tendon_cli.figures.backend import Axes, Line2D
+from tendon_cli.figures.backend import Axes
 from tendon_cli.figures.choice_maps import draw_served, draw_tolerance
 from tendon_cli.figures.frame import Page, fitted, numbered, panels_of, save_pages
 from tendon_cli.figures.layout import is_of_rows
 from tendon_cli.figures.served import draw_population
-from tendon_cli.figures.style import OKABE_ITO, PAGE_WIDTH, STAR, WHOLE, house_style
+from tendon_cli.figures.style import OKABE_ITO, PAGE_WIDTH, STAR, WHOLE, house_style, key_line
 from tendon_cli.figures.windows import draw_between, draw_rows, draw_trade_off, draw_windows
+from tendon_cli.model.kinematics import Array
 from tendon_cli.registry import by_name
 from tendon_cli.space.axis import Axis, evenly_spaced
 from tendon_cli.studies.study import Study
@@ -142,13 +143,10 @@ def draw_again(
         raise UsageError("the answer has no figure to draw", where=str(folder), hint=hint)
     files = []
     for name, pages in figures.items():
-        target = out
-        if out is None or out.is_dir():
-            target = (out or Path()) / f"{record['name']}-{name}.{form}"
-        elif len(figures) > 1:
+        if out is not None and len(figures) > 1 and not out.is_dir():
             problem = f"{out.name} is one file, and the answer has {len(figures)} figures"
             raise UsageError(problem, where="--out", hint="name a folder that exists")
-        files += numbered(pages, target or Path())
+        files += numbered(pages, _file_of(name, record, out, form))
     return save_pages(files, overwrite=overwrite)
 
 
@@ -166,8 +164,7 @@ def answer_pages(name: str, cube: Cube, record: Mapping[str, Any], **how: Any) -
     if chosen is None:
         return []
     with house_style(say.joint_name(record)):
-        pages = FIGURES[name](cube, answer, chosen, **how)
-    return [page.of_joint(record) for page in pages]
+        return FIGURES[name](cube, answer, chosen, **how)
 
 
 def _as_gauges_show(cube: Cube, record: Mapping[str, Any]) -> tuple[Cube, AnswerRecord]:
@@ -202,7 +199,14 @@ def draw_between_samples(
         problem = "the answer has no window, so none over the angle to draw"
         hint = "`tendon report` writes a page that says why, and what would help"
         raise UsageError(problem, where="--between", hint=hint)
-    return page.save(out or Path(f"{record['name']}-between.png"), overwrite=overwrite)
+    return page.save(_file_of("between", record, out), overwrite=overwrite)
+
+
+def _file_of(name: str, record: Mapping[str, Any], out: Path | None, form: str = "png") -> Path:
+    """Return the file of a figure: `out`, or one named after the study in this or that folder."""
+    if out is not None and not out.is_dir():
+        return out
+    return (out or Path()) / f"{record['name']}-{name}.{form}"
 
 
 def draw_over(
@@ -242,11 +246,8 @@ def draw_over(
             pages = [draw_trade_off(choices, answer, trade_off, column, width, height)]
         else:
             pages = _map_over(choices, answer, column, column_named(y))
-    target = out
-    if out is None or out.is_dir():
-        target = (out or Path()) / f"{record['name']}-{column.removeprefix('limit_')}.{form}"
-    files = numbered([page.of_joint(record) for page in pages], target or Path())
-    return save_pages(files, overwrite=overwrite)
+    target = _file_of(column.removeprefix("limit_"), record, out, form)
+    return save_pages(numbered(pages, target), overwrite=overwrite)
 
 
 def _map_over(cube: Cube, record: AnswerRecord, x: str, y: str) -> list[Page]:
@@ -313,16 +314,16 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> list[
     high = np.where(np.isnan(values["pretension_to"]), np.inf, values["pretension_to"])
     length = np.where(np.isinf(high), np.inf, values["tolerance_length"])
     settable = is_settable(record, length, 0.5 * (high - values["pretension_from"]))
-    front = np.array(sorted([value_of(row, name) for name in names] for row in on_front)).T
+    front = sorted(on_front, key=lambda row: [value_of(row, name) for name in names])
     rows = [axis for axis in long_axes(cube) if is_of_rows(axis)]
     joined = "" if rows else "-"  # there is nothing between two parts
     of_front: dict[str, Any] = {"color": OKABE_ITO[1], "marker": "o", "linestyle": joined}
     of_front |= WHOLE
     text = "Pareto front: none is as good in all goals and better in one"
     key = [
-        Line2D([], [], **_NOT_SETTABLE, label="choice with a window"),
-        Line2D([], [], **_IS_SETTABLE, label=settable_label(record)),
-        Line2D([], [], **of_front, label=text),
+        key_line(**_NOT_SETTABLE, label="choice with a window"),
+        key_line(**_IS_SETTABLE, label=settable_label(record)),
+        key_line(**of_front, label=text),
     ]
     is_best_drawn = _has_numbers(best, names)
     if is_best_drawn:
@@ -340,21 +341,22 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> list[
     page = answer_page(cube, record, "what one goal costs the other", 95.0, key, notes)
     (panel,) = panels_of(page, 1, 1, 1)
 
-    def draw(points: Sequence[Any], **style: Any) -> None:
-        x, y = (quantity.scaled(value) for quantity, value in zip(shown, points, strict=True))
-        panel.plot(x, y, **style)
-
+    x, y = (quantity.scaled(values[name]) for quantity, name in zip(shown, names, strict=True))
     for is_drawn, style in (
         (has_window & ~settable, _NOT_SETTABLE),
         (has_window & settable, _IS_SETTABLE),
     ):
-        draw([values[name][is_drawn] for name in names], **style)
-    draw(list(front), **of_front)
+        panel.plot(x[is_drawn], y[is_drawn], **style)
+    x, y, best_x, best_y = (
+        quantity.scaled([value_of(row, name) for row in of_rows])
+        for of_rows in (front, [best] if is_best_drawn else [])
+        for quantity, name in zip(shown, names, strict=True)
+    )
+    panel.plot(x, y, **of_front)
     panel.margins(y=0.1)
-    if len(on_front) <= _MOST_TOLD:
-        _write_tolerances(panel, on_front, names, shown, rows)
-    if is_best_drawn:
-        draw([value_of(best, name) for name in names], **STAR)
+    if len(front) <= _MOST_TOLD:
+        _write_tolerances(panel, front, x, y, rows)
+    panel.plot(best_x, best_y, **STAR)
     labels = [
         f"{quantity.label}, the {'more' if goal['maximise'] else 'less'} the better"
         for quantity, goal in zip(shown, goals, strict=True)
@@ -372,28 +374,25 @@ def _has_numbers(choice: ChoiceRecord, names: Sequence[str]) -> bool:
 
 
 def _write_tolerances(
-    panel: Axes,
-    front: Sequence[ChoiceRecord],
-    names: Sequence[str],
-    shown: Sequence[ColumnLabel],
-    rows: Sequence[Axis],
+    panel: Axes, front: Sequence[ChoiceRecord], x: Array, y: Array, rows: Sequence[Axis]
 ) -> None:
     """Write next to each choice of a front its rows of tables, and how far it may be off."""
+    left, right = panel.get_xlim()
     for number, row in enumerate(front):
         length = row["tolerance_length"]
         text = "no upper end" if length is None else f"± {say.length_to_spare(length)}"
         if rows:
             parts = ", ".join(str(value_of(row, axis.column)) for axis in rows)
             text = f"{plain(parts)}: {text}"
-        x, y = (
-            quantity.scaled(value_of(row, name))
-            for quantity, name in zip(shown, names, strict=True)
+        is_right = x[number] > left + _FAR_RIGHT * (right - left)
+        panel.annotate(
+            text,
+            (x[number], y[number]),
+            (-5 if is_right else 5, 4 if number % 2 == 0 else -9),  # neighbours do not touch
+            ha="right" if is_right else "left",
+            size=6.5,
+            textcoords="offset points",
         )
-        left, right = panel.get_xlim()
-        is_right = x > left + _FAR_RIGHT * (right - left)
-        place = (-5 if is_right else 5, 4 if number % 2 == 0 else -9)  # neighbours do not touch
-        align = "right" if is_right else "left"
-        panel.annotate(text, (x, y), place, ha=align, size=6.5, textcoords="offset points")
 
 
 FIGURES: dict[str, AnswerFigure] = {

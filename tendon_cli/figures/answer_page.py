@@ -20,10 +20,8 @@ from tendon_cli.figures.backend import Line2D
 from tendon_cli.figures.frame import Page, framed, source_of
 from tendon_cli.figures.layout import is_of_rows
 from tendon_cli.figures.scales import off_default
-from tendon_cli.figures.style import PAGE_WIDTH, STAR
+from tendon_cli.figures.style import PAGE_WIDTH, STAR, key_line
 from tendon_cli.space.axis import Axis
-
-_GAUGES = ("set_flexor_tension", "set_extensor_tension")
 
 
 def answer_page(
@@ -40,8 +38,7 @@ def answer_page(
 ) -> Page:
     """Begin a page of an answer's figure.
 
-    Below the notes it says to which tensions the best choice is set, and which values of the study
-    are not the default.
+    Below the notes it says which values of the study are not the default.
 
     Args:
         cube: Choices of the answer.
@@ -54,7 +51,7 @@ def answer_page(
         width: Width of the page, mm.
         height: Height of the page, mm; None for one that fits.
     """
-    lines = [*notes, *_bench_text(record)]
+    lines = [*notes]
     # An answer chooses its pretensions, whichever the study has for its designs.
     told = [*(axis.column for axis in cube.axes), "pretension"]
     given = off_default(cube.study, told, {})
@@ -66,34 +63,17 @@ def answer_page(
             rest = f"all else from the {word} {say.join_words(tables)}, or by default"
         lines.append(f"With {', '.join(given)}; {rest}.")
     name = record["title"] or record["name"]
-    size: dict[str, Any] = {"width": width, "height": height}
     whole = f"{name}: {title}"
-    return framed(whole, panels, key, lines, study=source_of(record), subtitle=subtitle, **size)
-
-
-def _bench_text(record: AnswerRecord) -> list[str]:
-    """Say to which tensions the best choice is set, and how far this may be off, if known."""
-    best = record["best"]
-    if best is None or not gauge_text(record, best):
-        return []
-    joint = gauge_text(record, best)
-    motor = [value_of(best, f"{name}_motor") for name in _GAUGES]
-    at_motor = ""
-    if None not in motor:
-        texts = [
-            say.quantity(f"{name}_motor", value, record["question"].setting_digits)
-            for name, value in zip(_GAUGES, motor, strict=True)
-        ]
-        at_motor = f", {' and '.join(texts)} at the motor"
-    lines = [f"The best is set to {joint}, both at the joint{at_motor}."]
-    setting = record["setting"]
-    if setting is not None and setting["too_long"] is not None:
-        longer = say.length_to_spare(setting["too_long"])
-        shorter = "by any length"
-        if setting["too_short"] is not None:
-            shorter = f"by {say.length_to_spare(setting['too_short'])}"
-        lines.append(f"Both tendons may be too long by {longer}, or too short {shorter}.")
-    return lines
+    return framed(
+        whole,
+        panels,
+        key,
+        lines,
+        study=source_of(record),
+        subtitle=subtitle,
+        width=width,
+        height=height,
+    )
 
 
 def gauge_text(record: AnswerRecord, choice: ChoiceRecord) -> str:
@@ -102,17 +82,16 @@ def gauge_text(record: AnswerRecord, choice: ChoiceRecord) -> str:
     >>> gauge_text(record, choice)  # doctest: +SKIP
     '108.7 N in the flexor, 72.3 N in the extensor (F₀ = 83.74 N)'
     """
-    values = [value_of(choice, name) for name in _GAUGES]
-    if None in values:
-        return ""
     digits = record["question"].setting_digits
-    flexor, extensor = (
-        say.quantity(name, value, digits) for name, value in zip(_GAUGES, values, strict=True)
+    flexor, extensor, pretension = (
+        None if value is None else say.quantity(name, value, digits)
+        for name in ("set_flexor_tension", "set_extensor_tension", "pretension")
+        for value in [value_of(choice, name)]
     )
-    pretension = choice["pretension"]
-    behind = ""
-    if pretension is not None and record["question"]["read"] == "pretension":
-        behind = f" (F₀ = {say.quantity('pretension', pretension, digits)})"
+    if flexor is None or extensor is None:
+        return ""
+    has_f0 = pretension is not None and record["question"]["read"] == "pretension"
+    behind = f" (F₀ = {pretension})" if has_f0 else ""
     return f"{flexor} in the flexor, {extensor} in the extensor{behind}"
 
 
@@ -129,7 +108,7 @@ def set_text(cube: Cube, record: AnswerRecord, choice: ChoiceRecord) -> str:
 
 def star(label: str) -> Line2D:
     """Return the star that marks the choice named first, for the key."""
-    return Line2D([], [], label=label, **STAR)
+    return key_line(label=label, **STAR)
 
 
 def is_settable(record: AnswerRecord, length: ColumnArray, half: ColumnArray) -> ColumnArray:

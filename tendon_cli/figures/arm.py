@@ -11,10 +11,9 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.cube.labels import number
 from tendon_cli.figures.arm_shape import ArmShape, ArmSizes, Points, arm_sizes
-from tendon_cli.figures.backend import Arc, Axes, Circle, FancyArrowPatch, Line2D, Patch
+from tendon_cli.figures.backend import Arc, Axes, Circle, FancyArrowPatch, Patch
 from tendon_cli.figures.frame import Page, framed, source_of_study
-from tendon_cli.figures.scales import plain_numbers
-from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, house_style
+from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, house_style, key_line
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.studies.angle_curves import curves_of
@@ -74,11 +73,11 @@ def arm_page(study: Study, elbow_angles: Sequence[float] = (), case: str | None 
     names = (study.title or study.name, case)
     title = ", ".join(name for name in names if name)
     key = [
-        Line2D([], [], color=FLEXOR, linewidth=1.6, label="flexor tendon (dashed: in its sheath)"),
-        Line2D([], [], color=EXTENSOR, linewidth=1.6, label="extensor tendon"),
-        Line2D([], [], label="virtual pulley", **_PULLEY),
-        Line2D([], [], marker="P", markersize=5.0, label="centre of mass", **_WHITE),
-        Line2D([], [], label="load", **_LOAD),
+        key_line(color=FLEXOR, linewidth=1.6, label="flexor tendon (dashed: in its sheath)"),
+        key_line(color=EXTENSOR, linewidth=1.6, label="extensor tendon"),
+        key_line(label="virtual pulley", **_PULLEY),
+        key_line(marker="P", markersize=5.0, label="centre of mass", **_WHITE),
+        key_line(label="load", **_LOAD),
     ]
     with house_style():
         page = framed(title, 165.0, key, (_MEANING, *remarks), study=source_of_study(study))
@@ -113,8 +112,8 @@ def _travels_page(study: Study, angles: Sequence[float]) -> Page:
     notes = [f"{len(measured)} measured angles{smoothed}. Travels count from {_degrees(origin)}."]
     colours = dict(zip(SIDES, OKABE_ITO, strict=False))
     key: list[Any] = [
-        *(Line2D([], [], color=colour, label=side) for side, colour in colours.items()),
-        Line2D([], [], color=INK, marker="o", markersize=2.5, linestyle="", label="measured"),
+        *(key_line(color=colour, label=side) for side, colour in colours.items()),
+        key_line(color=INK, marker="o", markersize=2.5, linestyle="", label="measured"),
         Patch(facecolor=_MOTION, label="motion of the study"),
     ]
     with house_style():
@@ -125,9 +124,10 @@ def _travels_page(study: Study, angles: Sequence[float]) -> Page:
             curve = curves[f"joint.{side}_excursion"]
             zero = float(curve(np.asarray(origin)))
             points = 1e3 * (np.array(table.columns[side]) - zero)
-            dots: dict[str, Any] = {"color": colour, "markersize": 2.5, "gid": "measured"}
             travel.plot(degrees, 1e3 * (curve(span) - zero), color=colour, gid="travel")
-            travel.plot(np.degrees(measured), points, "o", **dots)
+            travel.plot(
+                np.degrees(measured), points, "o", color=colour, markersize=2.5, gid="measured"
+            )
             arm.plot(degrees, 1e3 * curve(span, 1), color=colour, gid="moment arm")
         motion = study.motion.elbow_angle.array
         for axes, label in ((travel, "travel H (mm)"), (arm, "moment arm J = dH/dθ (mm)")):
@@ -139,7 +139,6 @@ def _travels_page(study: Study, angles: Sequence[float]) -> Page:
             axes.set_xlabel(f"{say.joint_name(study)} angle θ (deg)")
             axes.set_ylabel(label)
             axes.set_xlim(degrees[0], degrees[-1])
-            axes.yaxis.set_major_formatter(plain_numbers())
     return page
 
 
@@ -153,8 +152,15 @@ def _draw_limbs(axes: Axes, shape: ArmShape, width: float) -> None:
     sizes = shape.sizes
     points = shape.anchors
     bones = (sizes.upper_arm * shape.up, _ZERO, sizes.forearm * shape.along)
-    limb: dict[str, Any] = {"color": "#eadfd3", "solid_joinstyle": "round"}
-    _line(axes, *bones, linewidth=9.0 * width, zorder=0.5, gid="limb", **limb)
+    _line(
+        axes,
+        *bones,
+        linewidth=9.0 * width,
+        zorder=0.5,
+        gid="limb",
+        color="#eadfd3",
+        solid_joinstyle="round",
+    )
     _line(axes, *bones, color="#8c7b6b", linewidth=0.8, zorder=1, gid="bones")
     radius = float(sizes.anchors.elbow_radius)
     axes.add_patch(Circle((0.0, 0.0), radius, fill=False, zorder=1.5, gid="pulley", **_PULLEY))
@@ -164,8 +170,16 @@ def _draw_limbs(axes: Axes, shape: ArmShape, width: float) -> None:
     _line(axes, *sheath, color=FLEXOR, linewidth=width, linestyle=(0, (2.0, 1.0)), zorder=2)
     _line(axes, points["r"], points["s"], color=INK, linewidth=0.7, zorder=2.5)
     _line(axes, points["p"], points["q"], color=INK, linewidth=0.7, zorder=2.5)
-    dots: dict[str, Any] = {"marker": "o", "markersize": 2.2 * width**0.5, "linestyle": "none"}
-    _line(axes, *points.values(), color=INK, zorder=3, gid="anchors", **dots)
+    _line(
+        axes,
+        *points.values(),
+        color=INK,
+        zorder=3,
+        gid="anchors",
+        marker="o",
+        markersize=2.2 * width**0.5,
+        linestyle="none",
+    )
     axes.plot(0.0, 0.0, marker="o", markersize=4.0, zorder=3, **_WHITE)
     axes.plot(*sizes.forearm_com * shape.along, marker="P", markersize=5.0, zorder=3, **_WHITE)
     axes.plot(*sizes.load_distance * shape.along, zorder=3, gid="load", **_LOAD)
@@ -180,8 +194,7 @@ def _draw_dimensions(axes: Axes, shape: ArmShape) -> None:
     radius = float(joint.elbow_radius)
     _draw_limbs(axes, shape, 1.6)
     _line(axes, _ZERO, foot, color=FLEXOR, linewidth=0.7, linestyle=(0, (1.5, 1.2)), zorder=2)
-    beside: dict[str, Any] = {"xytext": (2, 2), "textcoords": "offset points"}
-    axes.annotate("J", tuple(foot / 2.0), color=FLEXOR, size=7.5, **beside)
+    _name_point(axes, foot / 2.0, "J", 0.5 * shape.forearm_front, FLEXOR)
     step = 0.055 * (sizes.upper_arm + sizes.forearm)
     back = -shape.front
     under = -shape.forearm_front
@@ -203,7 +216,10 @@ def _draw_dimensions(axes: Axes, shape: ArmShape) -> None:
     _name_point(axes, points["q"], f"q   a₂ = {number(float(joint.a2))} mm", outward)
     _name_point(axes, points["s"], "s", back)
     _name_point(axes, points["p"], "p", under)
-    _draw_radius(axes, radius, shape.front if is_straight else back + under)
+    corner = shape.front if is_straight else (back + under) / np.linalg.norm(back + under)
+    _draw_arrow(axes, _ZERO, radius * corner, color=EXTENSOR)
+    name = f"$R_{{elb}}$ = {number(radius)} mm"
+    _name_point(axes, radius * corner, name, 2.0 * corner, EXTENSOR)
     straight = 0.42 * float(joint.b2)
     thin: dict[str, Any] = {"color": FAINT, "linewidth": 0.6, "linestyle": "dashed"}
     _line(axes, _ZERO, -1.25 * straight * shape.up, **thin)
@@ -217,24 +233,6 @@ def _draw_dimensions(axes: Axes, shape: ArmShape) -> None:
         _draw_angle(axes, "ψ", 0.6 * b1, 0.68 * b1, 90.0, sizes.upper_arm_angle)
     _set_limits(axes, shape, margin=first + (levels + 0.2) * step)
     axes.set_title(title)
-
-
-def _draw_radius(axes: Axes, radius: float, corner: Points) -> None:
-    """Draw and name the radius of the virtual pulley in the direction of the arm's outer corner."""
-    tip = radius * corner / (np.linalg.norm(corner) or 1.0)
-    _draw_arrow(axes, _ZERO, tip, color=EXTENSOR)
-    axes.annotate(
-        f"$R_{{elb}}$ = {number(radius)} mm",
-        tuple(tip),
-        xytext=tuple(16.0 * tip / radius),
-        textcoords="offset points",
-        color=EXTENSOR,
-        ha="right" if tip[0] < 0.0 else "left",
-        va="top",
-        size=6.5,
-        bbox=_PAPER,
-        zorder=7,
-    )
 
 
 def _draw_angle(
@@ -252,8 +250,7 @@ def _draw_angle(
     """
     low, high = sorted((start, start + math.degrees(angle)))
     size = 2 * radius
-    style: dict[str, Any] = {"theta1": low, "theta2": high, "color": FAINT, "linewidth": 0.6}
-    axes.add_patch(Arc((0.0, 0.0), size, size, **style))
+    axes.add_patch(Arc((0.0, 0.0), size, size, theta1=low, theta2=high, color=FAINT, linewidth=0.6))
     middle = math.radians(start) + angle / 2.0
     x = distance * math.cos(middle)
     y = distance * math.sin(middle)
@@ -310,22 +307,18 @@ def _draw_spool(
     largest: float,
 ) -> None:
     """Draw one part of the spool; its tendon leaves it on top if `side` is 1, below if it is -1."""
-    disc: dict[str, Any] = {"facecolor": "#f4f4f4", "edgecolor": colour, "linewidth": 1.6}
-    axes.add_patch(Circle(tuple(centre), radius, gid="spool", **disc))
+    axes.add_patch(
+        Circle(
+            tuple(centre), radius, gid="spool", facecolor="#f4f4f4", edgecolor=colour, linewidth=1.6
+        )
+    )
     tangent = centre + np.array([0.0, side * radius])
     end = tangent + np.array([2.2 * largest, 0.0])
     _line(axes, tangent, end, color=colour, linewidth=1.6)
     axes.plot(*centre, marker="o", markersize=3.0, color=INK)
     _draw_arrow(axes, centre, centre + radius * np.array([math.cos(2.5), math.sin(2.5)]))
-    axes.annotate(
-        f"$R_{{{name[0]}}}$ = {number(radius)} mm",
-        (0.0, centre[1] - side * radius),
-        xytext=(0, -side * 3),
-        textcoords="offset points",
-        ha="center",
-        va="top" if side > 0 else "bottom",
-        size=7.0,
-    )
+    label = f"$R_{{{name[0]}}}$ = {number(radius)} mm"
+    _name_point(axes, centre - np.array([0.0, side * radius]), label, np.array([0.0, -side]))
     vertical = "bottom" if side > 0 else "top"
     axes.text(end[0], end[1], name, color=colour, size=7.0, ha="right", va=vertical)
 
@@ -343,29 +336,21 @@ def _set_limits(axes: Axes, *shapes: ArmShape, margin: float) -> None:
     axes.set_axis_off()
 
 
-def _name_point(axes: Axes, point: Points, text: str, toward: Points) -> None:
-    """Write a text next to a point, on the side to which the unit vector `toward` points."""
+def _name_point(axes: Axes, point: Points, text: str, toward: Points, color: str = INK) -> None:
+    """Write a text next to a point, on the side to which the vector `toward` points."""
+    across, up = (int(part > 0.3) - int(part < -0.3) for part in toward)
     axes.annotate(
         text,
         tuple(point),
         xytext=tuple(5.0 * toward),
         textcoords="offset points",
-        ha=_alignment(toward[0], ("right", "center", "left")),
-        va=_alignment(toward[1], ("top", "center", "bottom")),
+        color=color,
+        ha=("center", "left", "right")[across],
+        va=("center", "bottom", "top")[up],
         size=7.0,
         bbox=_PAPER,
         zorder=2.2,
     )
-
-
-def _alignment(part: float, names: tuple[str, str, str]) -> Any:
-    """Select the alignment for a component of a unit vector: negative, about zero or positive."""
-    negative, zero, positive = names
-    if part > 0.3:
-        return positive
-    if part < -0.3:
-        return negative
-    return zero
 
 
 def _degrees(angle: float) -> str:
@@ -381,8 +366,9 @@ def _draw_dimension(axes: Axes, end: Points, text: str, shift: Points) -> None:
     angle = math.degrees(math.atan2(end[1], end[0]))
     rotation = -((90.0 - angle) % 180.0 - 90.0)  # deg, so that no text is upside down
     x, y = end / 2.0 + shift
-    centred: dict[str, Any] = {"ha": "center", "va": "center", "bbox": _PAPER}
-    axes.text(x, y, text, rotation=rotation, size=6.5, zorder=6, **centred)
+    axes.text(
+        x, y, text, rotation=rotation, size=6.5, zorder=6, ha="center", va="center", bbox=_PAPER
+    )
 
 
 def _draw_arrow(

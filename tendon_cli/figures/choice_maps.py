@@ -34,8 +34,7 @@ from tendon_cli.figures.slices import (
     draw_pages,
     grid_of,
 )
-from tendon_cli.figures.style import BLUES, INK, PAGE_WIDTH
-from tendon_cli.model.kinematics import Rows
+from tendon_cli.figures.style import BLUES, INK, PAGE_WIDTH, largest
 from tendon_cli.space.axis import Axis
 
 _PALE = ("#f6d9c5", "#e9e2f3", "#dcebe4", "#f7ecc8", "#e5e5e5", "#dbe7f3")
@@ -84,9 +83,7 @@ def longest_tolerance(cube: Cube) -> float:
     if axes is None:
         return 0.0
     _, read = grid_of_choices(cube, axes)
-    length = read["tolerance_length"]
-    is_bounded = np.isfinite(length) & (read["pretension_from"] <= read["pretension_to"])
-    return float(np.max(length[is_bounded], initial=0.0))
+    return largest(read["tolerance_length"][read["pretension_from"] <= read["pretension_to"]])
 
 
 def draw_tolerance(
@@ -123,7 +120,7 @@ def draw_tolerance(
     with np.errstate(invalid="ignore"):
         settable = is_settable(record, length, 0.5 * (high - low))
     if longest is None:
-        longest = float(np.max(length[has_window & np.isfinite(length)], initial=0.0))
+        longest = largest(length[has_window])
     decided = record["decided"]
     if longest == 0.0 and decided is not None:
         longest = decided["needed"]
@@ -134,18 +131,14 @@ def draw_tolerance(
     areas = [*_areas(reasons, _PALE, _HATCHES), *_areas(faults, ("none",), _FAULT_HATCHES)]
     label = f"inside the line: {settable_label(record)}"
     border = Border("settable", label, np.where(settable, -1.0, 1.0), INK, 1.6, has_ticks=False)
-    part = Slice(
-        grid.x,
-        grid.y,
-        grid.titles,
-        grid.in_row,
+    part = _slice_of(
+        grid,
+        chosen,
         values,
         Colours(BLUES, mpl.colors.Normalize(0.0, most), "how far the setting may be off (± mm)"),
-        areas=tuple(areas),
-        borders=(border,),
+        areas=areas,
+        borders=[border],
         texts=_tolerance_texts(low, high, length, read["tolerance"], reading_unit(cube.document)),
-        star=_star_at(grid, chosen),
-        is_in_cells=True,
     )
     notes = [_MEANING.format(served_words(record)), *grid.notes]
     if np.isinf(high).any():
@@ -165,20 +158,29 @@ def draw_served(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list[
     grid, read = grid_of_choices(cube, axes)
     percent = 100.0 * read["served"]
     texts = [f"{share:.3g} %" for share in np.nan_to_num(percent).ravel()]
-    part = Slice(
-        grid.x,
-        grid.y,
-        grid.titles,
-        grid.in_row,
+    part = _slice_of(
+        grid,
+        chosen,
         percent,
         Colours(BLUES, mpl.colors.Normalize(0.0, 100.0), "served by one pretension (%)"),
         texts=(np.array(texts, dtype=object).reshape(percent.shape),),
-        star=_star_at(grid, chosen),
         unknown="no value",
-        is_in_cells=True,
     )
     title = "the largest share that one pretension serves"
     return _draw_map(cube, record, chosen, part, title, list(grid.notes))
+
+
+def _slice_of(
+    grid: PanelGrid, chosen: ChoiceRecord, values: ColumnArray, colours: Colours, **more: Any
+) -> Slice:
+    """Return a slice of choices, drawn in cells, with a star at the choice named first."""
+    star = None
+    places = np.argwhere(grid.rows == chosen["choice"])
+    if chosen["feasible"] and len(places):
+        panel, row, column = places[0].tolist()
+        star = (panel, row, column)
+    others = np.zeros(values.shape, dtype=np.bool_)
+    return Slice(grid, values, colours, others, star=star, is_in_cells=True, **more)
 
 
 def _draw_map(
@@ -192,22 +194,13 @@ def _draw_map(
 ) -> list[Page]:
     """Draw the pages of a map of choices, and mark the choice named first in it."""
 
-    def begin(of_page: Slice, _: Rows, added: str, panels: float) -> Page:
-        key = of_page.key()
-        if of_page.star is not None:
+    def begin(seen: list[int], added: str, panels: float) -> Page:
+        key = part.key(seen)
+        if part.star is not None and part.star[0] in seen:
             key.append(star(set_text(cube, record, chosen)))
         return answer_page(cube, record, f"{title}{added}", panels, key, notes, width=width)
 
     return draw_pages(part, width, begin)
-
-
-def _star_at(grid: PanelGrid, chosen: ChoiceRecord) -> tuple[int, float, float] | None:
-    """Return where the choice named first stands: its panel, and its place there."""
-    places = np.argwhere(grid.rows == chosen["choice"])
-    if not chosen["feasible"] or not len(places):
-        return None
-    panel, row, column = (int(place) for place in places[0])
-    return panel, float(grid.x.places[column]), float(grid.y.places[row])
 
 
 def _areas(kinds: ColumnArray, colours: Sequence[str], hatches: Sequence[str]) -> list[Area]:
@@ -227,22 +220,20 @@ def _tolerance_texts(
     low: ColumnArray, high: ColumnArray, length: ColumnArray, share: ColumnArray, unit: str
 ) -> tuple[npt.NDArray[Any], ...]:
     """Write each window with its tolerance in millimetres and percent; then ever shorter."""
-    forms: list[list[str]] = [[], [], []]
+    texts: list[tuple[str, str, str]] = []
     for values in zip(low.ravel(), high.ravel(), length.ravel(), share.ravel(), strict=True):
         first, last, tolerance, part = values
+        least = _short(first)
         millimetres = f"{say.number(1e3 * tolerance, 2)} mm"
         if not first <= last:
-            texts = ["", "", ""]
+            texts.append(("", "", ""))
         elif np.isinf(last):
-            texts = [f"from {_short(first)} {unit}\nno upper end", f"from {_short(first)} {unit}"]
-            texts.append(_short(first))
+            texts.append((f"from {least} {unit}\nno upper end", f"from {least} {unit}", least))
         else:
-            window = f"{_short(first)}–{_short(last)} {unit}"
+            window = f"{least}–{_short(last)} {unit}\n{millimetres}"
             percent = f"{100.0 * part:.0f} %"
-            texts = [f"{window}\n{millimetres} ({percent})", f"{window}\n{millimetres}\n{percent}"]
-            texts.append(millimetres)
-        for form, text in zip(forms, texts, strict=True):
-            form.append(text)
+            texts.append((f"{window} ({percent})", f"{window}\n{percent}", millimetres))
+    forms = zip(*texts, strict=True)
     return tuple(np.array(form, dtype=object).reshape(low.shape) for form in forms)
 
 

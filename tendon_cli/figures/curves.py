@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli.cube.axes import DIRECTION, LOAD, TIME
 from tendon_cli.cube.columns import ColumnArray
@@ -16,9 +15,9 @@ from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel
 from tendon_cli.cube.room import room_to
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.backend import Axes, Line2D
+from tendon_cli.figures.backend import Axes
 from tendon_cli.figures.frame import Page, fitted, framed, grid_shape, panels_of
-from tendon_cli.figures.layout import CurvePlan, group_equal, joined_titles
+from tendon_cli.figures.layout import CurvePlan
 from tendon_cli.figures.limit_remarks import crosses_zero, limit_remarks
 from tendon_cli.figures.maps import (
     OF_MARGIN,
@@ -37,7 +36,7 @@ from tendon_cli.figures.motion_marks import (
     stretches,
     turning_key,
 )
-from tendon_cli.figures.scales import Scale, axis_scale, caption, plain_numbers, value_texts
+from tendon_cli.figures.scales import Scale, axis_scale, caption, value_texts
 from tendon_cli.figures.style import (
     COLUMN_WIDTH,
     INK,
@@ -47,17 +46,17 @@ from tendon_cli.figures.style import (
     WHOLE,
     Colour,
     hatch_key,
+    key_line,
     load_colours,
     sequence,
     unknown_hatch,
 )
+from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.filters import Condition, Truth
 from tendon_cli.units import shorten
-
-Floats = npt.NDArray[np.float64]
 
 ZEROS_OF_SPOOL = "Each direction counts the spool angle from its own zero, its pretensioned state."
 _GEOMETRY = ("flexor_moment_arm", "flexor_travel", "extensor_travel", "radius_ratio")
@@ -105,6 +104,8 @@ _CROSS: dict[str, Any] = {
     **WHOLE,
 }
 
+_IN_KEY: dict[str, Any] = {"markevery": 1, "markersize": 2.8}
+
 Cell = tuple[int, int]
 """A panel on a page: indices of its quantity and of its value among the data's panels."""
 
@@ -131,17 +132,17 @@ class CurveData:
     x: Scale | None
     """Scale of x; None if x is not an axis but a column that changes along one."""
     x_label: str
-    x_values: Floats
+    x_values: Array
     """Values along x (panels, colours, dashes, x), in the unit shown."""
     quantities: tuple[ColumnLabel, ...]
-    values: Floats
+    values: Array
     """Values in the unit shown, NaN where there is none."""
     marks: tuple[Mark, ...]
     turning: Truth
     """True where the sheath turns in a motion in time (panels, colours, dashes, x)."""
     at_record_end: Truth
     """True for samples at the ends of its record (panels, colours, dashes, x)."""
-    others: Floats
+    others: Array
     """Values of the other direction of friction while the sheath turns; NaN elsewhere."""
     colours: tuple[tuple[str, Colour], ...]
     """Text in the key and colour of the lines, by the index of their colour; at least one."""
@@ -230,30 +231,7 @@ def curve_data(
         is_line=is_line,
         notes=(*remarks, *meaning, *lines, *plan.notes),
     )
-    return _merged(_overlay(data) if spec.overlay else data)
-
-
-def _merged(data: CurveData) -> CurveData:
-    """Keep one of the panels that show the same picture, and say so."""
-    of_quantities = (data.values, data.others, *(mark.holds for mark in data.marks))
-    arrays = [np.moveaxis(values, 1, 0) for values in of_quantities]
-    groups = group_equal([data.x_values, data.turning, *arrays], data.panels)
-    if len(groups) == len(data.panels):
-        return data
-    titles, notes = joined_titles(groups)
-    firsts = [first for first, _ in groups]
-    marks = tuple(replace(mark, holds=mark.holds[:, firsts]) for mark in data.marks)
-    return replace(
-        data,
-        x_values=data.x_values[firsts],
-        values=data.values[:, firsts],
-        others=data.others[:, firsts],
-        turning=data.turning[firsts],
-        at_record_end=data.at_record_end[firsts],
-        marks=marks,
-        panels=tuple(titles) if len(titles) > 1 else (),
-        notes=(*data.notes, *notes),
-    )
+    return _overlay(data) if spec.overlay else data
 
 
 def _read_columns(
@@ -355,7 +333,7 @@ def _limits(
 
 def _along_x(
     cube: Cube, plan: CurvePlan, read: Mapping[str, ColumnArray], spec: FigureSpec
-) -> tuple[Scale | None, str, Floats]:
+) -> tuple[Scale | None, str, Array]:
     """Return the scale of x, its label, and its values (panels, colours, dashes, x)."""
     if plan.x_column != plan.x.column and cube.columns[plan.x_column] is not None:
         quantity = cube.shown(plan.x_column, spec.units)
@@ -470,8 +448,15 @@ def _page(
     panel_width = (width - 6.0) / columns - 10.0
     below = 0.0 if data.x is None else data.x.height_of_names(panel_width)
     usual = min(PAGE_HEIGHT, rows * min(0.62 * panel_width + 14.0, 70.0) + 8.0 + below)
-    size: dict[str, Any] = {"width": width, "height": height, "study": data.study}
-    page = framed(data.title, usual, _key(data, cells), data.notes, **size)
+    page = framed(
+        data.title,
+        usual,
+        _key(data, cells),
+        data.notes,
+        width=width,
+        height=height,
+        study=data.study,
+    )
     panels = panels_of(page, rows, columns, len(cells), sharex=True)
     panel_height = max((page.inner - below) / rows - 12.0, 15.0)
     for place, (cell, axes) in enumerate(zip(cells, panels, strict=True)):
@@ -480,13 +465,12 @@ def _page(
         texts = [shown.titled] if len(data.quantities) > 1 else []
         texts += [data.panels[cell[1]]] if data.panels else []
         axes.set_title(fitted(", ".join(texts), panel_width), y=1.0)
-        if place >= len(cells) - columns:
+        if axes.xaxis.get_visible():
             axes.set_xlabel(fitted(data.x_label, panel_width))
         axes.margins(y=0.05)
         if not _share_y(data, panels, cells, place, columns):
             label = shown.short_label if len(data.quantities) > 1 else shown.label
             axes.set_ylabel(fitted(label, panel_height))
-        axes.yaxis.set_major_formatter(plain_numbers())
     for axes in panels:
         low, high = axes.get_ylim()
         if data.is_slack_below_zero and low < -0.01 * high:
@@ -526,7 +510,6 @@ def _draw_lines(axes: Axes, data: CurveData, cell: Cell, width: float) -> None:
     for colour, dash in np.ndindex(*values.shape[:2]):
         _draw_line(axes, data, cell, colour, dash)
     if data.x is None:
-        axes.xaxis.set_major_formatter(plain_numbers())
         return
     if not data.x.names:
         _mark_motion(axes, data, data.x, cell)
@@ -584,7 +567,7 @@ def _line_style(data: CurveData, colour: int, dash: int, points: int) -> dict[st
     }
 
 
-def _stretches(x: Floats, y: Floats, holds: Truth) -> tuple[Floats, Floats]:
+def _stretches(x: Array, y: Array, holds: Truth) -> tuple[Array, Array]:
     """Return the parts of a line where something holds, with NaN between them.
 
     Each part reaches half way to the next point where it does not hold, so that a single point has
@@ -622,8 +605,15 @@ def _mark_motion(axes: Axes, data: CurveData, x: Scale, cell: Cell) -> None:
 def _shade_slack(axes: Axes, low: float) -> None:
     """Shade and name the area below zero in a panel in which negative means slack."""
     axes.axhspan(low, 0.0, facecolor="#fbeae0", linewidth=0.0, zorder=0.3, gid="slack area")
-    word: dict[str, Any] = {"color": "#8a3b12", "style": "italic", "gid": "slack word"}
-    axes.text(0.02, 0.03, "slack", transform=axes.transAxes, **word)
+    axes.text(
+        0.02,
+        0.03,
+        "slack",
+        transform=axes.transAxes,
+        color="#8a3b12",
+        style="italic",
+        gid="slack word",
+    )
 
 
 def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
@@ -632,28 +622,24 @@ def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
     key: list[Any] = []
     for place, (text, _) in enumerate(data.colours):
         if text:
-            style = _line_style(data, place, 0, points) | {"markevery": 1, "markersize": 2.8}
-            key.append(Line2D([], [], **style, label=text))
+            key.append(key_line(**{**_line_style(data, place, 0, points), **_IN_KEY}, label=text))
     for place, text in enumerate(data.dashes):
-        style = _line_style(data, 0, place, points) | {"markevery": 1, "color": INK}
+        style = {**_line_style(data, 0, place, points), **_IN_KEY, "color": INK}
         style["markerfacecolor"] = ("black", "white")[place]
-        label = text
-        if style["marker"] != "none":
-            style["marker"] = "o"
-            label = f"{text}, {('filled', 'open')[place]}"
-        key.append(Line2D([], [], **style, label=label))
+        shape = "" if style["marker"] == "none" else (", filled", ", open")[place]
+        key.append(key_line(**style, label=f"{text}{shape}"))
     for mark in data.marks:
         if any(mark.holds[cell].any() for cell in cells):
             style = dict(mark.on_line if data.has_stretches else mark.on_point)
-            key.append(Line2D([], [], label=mark.label, **{"color": INK, **style}))
+            key.append(key_line(label=mark.label, **{"color": INK, **style}))
     panels = sorted({panel for _, panel in cells})
-    if data.turning[panels].any():
-        key.append(turning_key())
-    if any(np.isfinite(data.others[cell]).any() for cell in cells):
-        key.append(band_key())
-    if data.at_record_end[panels].any():
-        key.append(ends_key())
     is_known = [np.isfinite(data.values[cell]).any(axis=(0, 1)).all() for cell in cells]
-    if data.x is not None and not all(is_known):
-        key.append(hatch_key("no value"))
+    for holds, entry in (
+        (data.turning[panels].any(), turning_key()),
+        (any(np.isfinite(data.others[cell]).any() for cell in cells), band_key()),
+        (data.at_record_end[panels].any(), ends_key()),
+        (data.x is not None and not all(is_known), hatch_key("no value")),
+    ):
+        if holds:
+            key.append(entry)
     return key

@@ -105,7 +105,7 @@ def _pages(cube: Cube, spec: FigureSpec, finish: Finish | None = None) -> list[P
         if finish is not None:
             for page in pages:
                 finish(spec, page.figure)
-    return [page.of_joint(cube.document) for page in pages]
+    return pages
 
 
 def check_figures_of(study: Study) -> None:

@@ -10,13 +10,12 @@ import math
 import re
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from tendon_cli import say
 from tendon_cli.cube.labels import plain, with_symbols, without_formulas
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import (
@@ -24,7 +23,6 @@ from tendon_cli.figures.backend import (
     Figure,
     FigureCanvasAgg,
     FontProperties,
-    Text,
     is_math_text,
     text_to_path,
 )
@@ -67,18 +65,6 @@ class Page:
     """Width, mm."""
     inner: float
     """Height of all panels, mm."""
-
-    def of_joint(self, study: Any) -> Page:
-        """Return this page with the word for the study's joint instead of "elbow".
-
-        The title stays as it is, because it is the user's.
-        """
-        word = say.joint_name(study)
-        if word != "elbow":
-            for text in self.figure.findobj(Text):
-                if text.get_gid() != "title":
-                    text.set_text(named(text.get_text(), word))
-        return replace(self, says=named(self.says, word))
 
     def check_fits(self) -> None:
         """Raise UsageError if the panels do not fit into the size of the page."""
@@ -195,10 +181,23 @@ def framed(
     head += [fitted(line, room, _TITLE_SIZE, "bold") for line in subtitle.splitlines()]
     foot = [fitted(note, room, _NOTE_SIZE) for note in notes]
     labels = [fitted(str(entry.get_label()), room - _KEY_HANDLE, _KEY_SIZE) for entry in key]
-    columns = _columns_of_key(labels, room)
     head_height = _height(head, _TITLE_SIZE)
     notes_height = _height(foot, _NOTE_SIZE)
-    key_height = _height_of_key(labels, columns)
+    key_height = 0.0
+    figure = Figure(figsize=(width * MM, 1.0))
+    if key:
+        legend = figure.legend(
+            handles=list(key),
+            labels=labels,
+            loc="center",
+            ncols=_columns_of_key(labels, room),
+            borderaxespad=0.0,
+            borderpad=0.0,
+            columnspacing=1.4,
+            handletextpad=0.6,
+        )
+        legend.set_in_layout(False)
+        key_height = legend.get_window_extent(_renderer()).height / figure.dpi / MM + _PAD
     around = head_height + key_height + notes_height
     if height is None:
         height = panels + around
@@ -207,28 +206,41 @@ def framed(
     panels = height - around
     rect = (0.0, (key_height + notes_height) / height, 1.0, panels / height)
     layout = ConstrainedLayoutEngine(rect=rect, w_pad=0.03, h_pad=0.03)
-    figure = Figure(figsize=(width * MM, height * MM), layout=layout)
+    figure.set_size_inches(width * MM, height * MM)
+    figure.set_layout_engine(layout)
     top = 1.0 - 0.6 * _PAD / height
     style: dict[str, Any] = {"linespacing": _LINE, "in_layout": False}
-    at_top: dict[str, Any] = {"size": _TITLE_SIZE, "weight": "bold", "va": "top", "gid": "title"}
-    figure.text(_PAD / width, top, "\n".join(head), **at_top, **style)
-    at_foot: dict[str, Any] = {"size": _NOTE_SIZE, "color": "#4d4d4d", "gid": "notes"}
-    figure.text(_PAD / width, 0.6 * _PAD / height, "\n".join(foot), va="bottom", **at_foot, **style)
+    figure.text(
+        _PAD / width,
+        top,
+        "\n".join(head),
+        size=_TITLE_SIZE,
+        weight="bold",
+        va="top",
+        gid="title",
+        **style,
+    )
+    figure.text(
+        _PAD / width,
+        0.6 * _PAD / height,
+        "\n".join(foot),
+        va="bottom",
+        size=_NOTE_SIZE,
+        color="#4d4d4d",
+        gid="notes",
+        **style,
+    )
     if key:
-        legend = figure.legend(
-            handles=list(key),
-            labels=labels,
-            loc="center",
-            bbox_to_anchor=(0.0, notes_height / height, 1.0, key_height / height),
-            ncols=columns,
-            borderaxespad=0.0,
-            borderpad=0.0,
-            columnspacing=1.4,
-            handletextpad=0.6,
-        )
-        legend.set_in_layout(False)
+        legend.set_bbox_to_anchor((0.0, notes_height / height, 1.0, key_height / height))
     says = without_formulas(" ".join(text for text in (subtitle, *notes) if text))
     return Page(figure, title, says, study, width, panels)
+
+
+@cache
+def _renderer() -> Any:
+    """Return what measures a key before its page has a size."""
+    canvas: Any = FigureCanvasAgg(Figure(figsize=(1.0, 1.0)))
+    return canvas.get_renderer()
 
 
 def _height(texts: Sequence[str], size: float) -> float:
@@ -241,16 +253,6 @@ def _columns_of_key(labels: Sequence[str], room: float) -> int:
     """Return how many entries of the key stand side by side."""
     widest = max((text_width(label, _KEY_SIZE) for label in labels), default=0.0)
     return max(1, min(len(labels), int((room + 2.0) / (widest + _KEY_HANDLE))))
-
-
-def _height_of_key(labels: Sequence[str], columns: int) -> float:
-    """Return the height of the key, mm; 0 without entries."""
-    if not labels:
-        return 0.0
-    rows = math.ceil(len(labels) / columns)
-    columns_of_labels = [labels[start : start + rows] for start in range(0, len(labels), rows)]
-    lines = [sum(label.count("\n") for label in column) for column in columns_of_labels]
-    return (rows * 1.55 + max(lines) * _LINE) * _KEY_SIZE * _POINT + _PAD
 
 
 def fitted(text: str, room: float, size: float = 8.0, weight: str = "normal") -> str:
@@ -321,33 +323,15 @@ def panels_of(page: Page, rows: int, columns: int, count: int, **shared: Any) ->
         **shared: Arguments of `Figure.subplots`.
     """
     grid = page.figure.subplots(rows, columns, squeeze=False, **shared)
-    used = list(grid.flat[:count])
     for axes in grid.flat[count:]:
         axes.set_visible(False)
-    for axes in used[max(0, count - columns) :]:
+    used = list(grid.flat[:count])
+    for place, axes in enumerate(used):
+        is_lowest = place >= count - columns
         axes.tick_params(labelbottom=True)
-    for axes in used:
+        # A shared axis is drawn and measured once in each row and column.
+        axes.xaxis.set_visible(is_lowest or "sharex" not in shared)
+        axes.yaxis.set_visible(place % columns == 0 or "sharey" not in shared)
         for line in axes.spines.values():
             line.set_in_layout(False)  # they take long to measure, and are no wider than the panel
     return used
-
-
-def label_panels(panels: Sequence[Any], x: str, y: str, width: float, height: float) -> None:
-    """Label the axes of panels that share them: x below each column, y at the left of each row.
-
-    Args:
-        panels: The panels, row by row.
-        x: Label of the axis across.
-        y: Label of the axis up.
-        width: About the width of a panel, mm.
-        height: About its height, mm.
-    """
-    columns = panels[0].get_gridspec().ncols
-    for place, axes in enumerate(panels):
-        if place >= len(panels) - columns:
-            axes.set_xlabel(fitted(x, width))
-        if place % columns == 0:
-            axes.set_ylabel(fitted(y, max(height, 20.0)))
-        for axis in (axes.xaxis, axes.yaxis):
-            if not axis.get_label_text():
-                axis.set_label_coords(0.5, 0.0)  # so that matplotlib does not search for its place

@@ -16,7 +16,7 @@ import numpy as np
 from tendon_cli.cube.labels import plain
 from tendon_cli.figures.backend import Axes, Figure, Line2D
 from tendon_cli.figures.frame import Page, framed
-from tendon_cli.figures.style import format_of, house_style
+from tendon_cli.figures.style import format_of, house_style, key_line
 from tendon_cli.space.axis import evenly_spaced
 
 _PULLED = "#0063a6"
@@ -140,29 +140,30 @@ def _leave_out(axes: Axes, fit: Any) -> None:
 def _key(fit: Any) -> list[Line2D]:
     """Return the key to the markers and lines in the figure."""
     rows = fit.rows.to_records(index=False)
-    key = []
-    for sign, colour, marker, name in _DIRECTIONS:
-        if np.any(rows.used & (rows.way == sign)):
-            label = f"slipping {name}" if fit.is_log else name
-            shape = "." if fit.is_log else marker
-            key.append(Line2D([], [], linestyle="none", marker=shape, color=colour, label=label))
-    settled = "fit: slope μ, height at 0 = ln gain ratio"
-    line = "fit; below, mean of a stroke" if fit.is_log else settled
-    key.append(Line2D([], [], color=_LINE, linewidth=1.6, label=line))
+    entries = [
+        (f"slipping {name}" if fit.is_log else name, colour, marker)
+        for sign, colour, marker, name in _DIRECTIONS
+        if np.any(rows.used & (rows.way == sign))
+    ]
     if np.any(~rows.used & np.isfinite(rows.log_ratio)):
-        shape = "." if fit.is_log else "x"
-        key.append(Line2D([], [], linestyle="none", marker=shape, color=_ASIDE, label="set aside"))
+        entries.append(("set aside", _ASIDE, "x"))
     if np.any(fit.points.effects):
-        dot: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 2.0}
-        key.append(Line2D([], [], color=_LINE, label="effects fitted", **dot))
-    return key
+        entries.append(("effects fitted", _LINE, "."))
+    key = [
+        key_line(linestyle="", marker="." if fit.is_log else marker, color=colour, label=text)
+        for text, colour, marker in entries
+    ]
+    settled = "fit: slope μ, height at 0 = ln gain ratio"
+    label = "fit; below, mean of a stroke" if fit.is_log else settled
+    return [*key, key_line(color=_LINE, linewidth=1.6, label=label)]
 
 
 def _verdict(fit: Any) -> list[str]:
     """Return sentences that say what may be wrong with the readings, or what was not tested."""
     sentences = [f"Warning: {text}" for text in fit.warnings]
     if not sentences:
-        untested = [name for check, name in _TESTS.items() if check in _open_checks(fit)]
+        tested = {check.name for check in fit.checks if check.found is not None}
+        untested = [name for check, name in _TESTS.items() if check not in tested]
         found = [_TESTS[check.name] for check in fit.checks if check.found and check.name in _TESTS]
         start = f"Found and allowed for: {', '.join(found)}" if found else "No fault found"
         sentences.append(f"{start}; not tested: {', '.join([*untested, _NEVER_TESTED])}.")
@@ -170,12 +171,6 @@ def _verdict(fit: Any) -> list[str]:
         f"Note: {text}" for text in fit.notes if "zero error" in text or "without load" in text
     ]
     return sentences
-
-
-def _open_checks(fit: Any) -> set[str]:
-    """Return the names of the checks that these readings cannot make."""
-    tested = {check.name for check in fit.checks if check.found is not None}
-    return _TESTS.keys() - tested
 
 
 def _draw_check(axes: Axes, fit: Any, effect: str, name: str, label: str) -> None:
@@ -243,8 +238,9 @@ def _draw_loop(axes: Axes, fit: Any) -> None:
     size = 2.5 if fit.is_log else 7.0
     for is_member, colour in groups:
         part = known[is_member[known]]
-        style: dict[str, Any] = {"color": colour, "markersize": size, "rasterized": True}
-        axes.plot(across[part], rows.motor[part], ".", **style)
+        axes.plot(
+            across[part], rows.motor[part], ".", color=colour, markersize=size, rasterized=True
+        )
     title = "Loop of hysteresis" if fit.is_log else "Forces of the readings"
     label = "position of the motor, as in the file" if has_position else f"force at load{unit}"
     _set_title(axes, title, label)

@@ -19,7 +19,8 @@ from tendon_cli.errors import InputError
 from tendon_cli.figures.arm import arm_page
 from tendon_cli.figures.backend import Axes, mpl
 from tendon_cli.figures.frame import Page, framed, save_pages, source_of_study
-from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, SEQUENTIAL, house_style
+from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, SEQUENTIAL, house_style, key_line
+from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import CASE_AXIS
 from tendon_cli.studies.load import load_study, named_path
@@ -27,8 +28,17 @@ from tendon_cli.studies.spaces import row_place
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.way_points import MAX_BYTES, read_route, smooth
 
-Floats = npt.NDArray[np.float64]
-
+_END: dict[str, Any] = {
+    "markersize": 4.5,
+    "color": "white",
+    "markeredgecolor": INK,
+    "linestyle": "",
+}
+_ENDS: tuple[dict[str, Any], ...] = (
+    {**_END, "marker": "o", "label": "first way-point"},
+    {**_END, "marker": "s", "label": "last way-point"},
+)
+"""Style of the ends of a route."""
 _VIEWS = ((0, 1, "seen along z"), (0, 2, "seen along y"), (1, 2, "seen along x"))
 
 
@@ -36,13 +46,13 @@ _VIEWS = ((0, 1, "seen along z"), (0, 2, "seen along y"), (1, 2, "seen along x")
 class RouteCurve:
     """A route's points and the turns between its chords."""
 
-    points: Floats
+    points: Array
     """Points of the route (points, 3), mm."""
-    at: Floats
+    at: Array
     """Arc length at the inner points, mm."""
-    curvature: Floats
+    curvature: Array
     """Turn over the mean of its two chords, 1/m."""
-    turned: Floats
+    turned: Array
     """Sum of the turns up to each inner point and at it, deg."""
     length: float
     """Length of the route, mm."""
@@ -74,7 +84,8 @@ def route_page(
     metres = number(curve.length / 1e3)
     count = f"{len(marks)} way-points over {metres} m; the views are to one scale."
     with house_style():
-        page = framed(title, 118.0, notes=(count, *notes), study=study)
+        key = [key_line(**style) for style in _ENDS]
+        page = framed(title, 118.0, key, (count, *notes), study=study)
         grid = page.figure.add_gridspec(2, 3, height_ratios=(1.2, 1.0))
         # A few sharp turns do not set the scale of colours.
         most = float(np.quantile(curve.curvature, 0.98)) if len(curve.curvature) else 0.0
@@ -121,7 +132,7 @@ def route_curve(points: npt.ArrayLike) -> RouteCurve:
 
 
 def _draw_view(
-    axes: Axes, curve: RouteCurve, marks: Floats, plane: tuple[int, int], colour: Any
+    axes: Axes, curve: RouteCurve, marks: Array, plane: tuple[int, int], colour: Any
 ) -> None:
     """Draw the route seen along one axis, with its way-points.
 
@@ -135,14 +146,17 @@ def _draw_view(
     across, up = plane
     route = curve.points
     axes.plot(route[:, across], route[:, up], color=FAINT, linewidth=0.8, zorder=1, gid="route")
-    cross: dict[str, Any] = {
-        "color": FAINT,
-        "marker": "+",
-        "markersize": 3.0,
-        "markeredgewidth": 0.5,
-        "linestyle": "none",
-    }
-    axes.plot(marks[:, across], marks[:, up], zorder=1.5, gid="way-points", **cross)
+    axes.plot(
+        marks[:, across],
+        marks[:, up],
+        zorder=1.5,
+        gid="way-points",
+        color=FAINT,
+        marker="+",
+        markersize=3.0,
+        markeredgewidth=0.5,
+        linestyle="none",
+    )
     inner = route[1:-1]
     axes.scatter(
         inner[:, across],
@@ -155,19 +169,8 @@ def _draw_view(
         zorder=2,
         rasterized=len(inner) > 2000,
     )
-    end_style: dict[str, Any] = {"markersize": 4.5, "color": "white", "markeredgecolor": INK}
-    first_is_above = route[0][up] >= route[-1][up]
-    for point, marker, text, is_above in (
-        (route[0], "o", "first", first_is_above),
-        (route[-1], "s", "last", not first_is_above),
-    ):
-        end = (point[across], point[up])
-        axes.plot(*end, marker=marker, zorder=3, **end_style)
-        beside: dict[str, Any] = {"textcoords": "offset points", "size": 6.5}
-        if is_above:
-            axes.annotate(text, end, xytext=(4, 4), va="bottom", **beside)
-        else:
-            axes.annotate(text, end, xytext=(4, -4), va="top", **beside)
+    for end, style in zip(route[[0, -1]], _ENDS, strict=True):
+        axes.plot(end[across], end[up], zorder=3, **style)
     axes.set(xlabel=f"{'xyz'[across]} (mm)", ylabel=f"{'xyz'[up]} (mm)", aspect="equal")
     low = route.min(axis=0)
     high = route.max(axis=0)
@@ -180,8 +183,9 @@ def _draw_view(
 
 def _draw_along(axes: Axes, curve: RouteCurve) -> None:
     """Draw curvature as columns, and the turn so far as a line, along the route."""
-    steps: dict[str, Any] = {"linewidth": 0.8, "drawstyle": "steps-mid"}
-    axes.plot(curve.at, curve.curvature, color=INK, gid="curvature", **steps)
+    axes.plot(
+        curve.at, curve.curvature, color=INK, gid="curvature", linewidth=0.8, drawstyle="steps-mid"
+    )
     axes.fill_between(curve.at, curve.curvature, color="#e4e4e4", step="mid", linewidth=0.0)
     axes.set_xlabel("distance along the route (mm)")
     axes.set_ylabel("curvature κ (1/m)")

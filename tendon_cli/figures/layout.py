@@ -7,11 +7,9 @@ out.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
-
-import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, TIME
@@ -351,31 +349,3 @@ def map_axes(
 def _is_limit(axis: Axis) -> bool:
     """Return True for an axis of a limit, along which no state and so no margin changes."""
     return limit_of(axis.key) is not None
-
-
-def group_equal(
-    arrays: Sequence[npt.NDArray[Any]], titles: Sequence[str]
-) -> list[tuple[int, list[str]]]:
-    """Group panels in which all arrays (panels, ...) are equal.
-
-    Returns:
-        The first panel of each group, and the titles of all its panels.
-    """
-    groups: dict[bytes, tuple[int, list[str]]] = {}
-    for panel, title in enumerate(titles):
-        picture = b"".join(values[panel].tobytes() for values in arrays)
-        groups.setdefault(picture, (panel, []))[1].append(title)
-    return list(groups.values())
-
-
-def joined_titles(groups: Sequence[tuple[int, list[str]]]) -> tuple[list[str], list[str]]:
-    """Return the titles of groups of equal panels, and sentences that name all panels of each.
-
-    Of three or more panels the title names only the first.
-    """
-    titles = [
-        ", ".join(names) if len(names) < 3 else f"{names[0]} and {len(names) - 1} others"
-        for _, names in groups
-    ]
-    notes = [f"The same picture for {', '.join(names)}." for _, names in groups if len(names) > 1]
-    return titles, notes

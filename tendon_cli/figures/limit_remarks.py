@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli import say
-
-Floats = npt.NDArray[np.float64]
+from tendon_cli.model.kinematics import Array
 
 _MOST_NAMED = 3
 """Largest number of places that a sentence names."""
 
 
-def crosses_zero(room: Floats) -> bool:
+def crosses_zero(room: Array) -> bool:
     """Return True if some designs keep a limit and others break it."""
     return bool(np.nanmin(room, initial=np.inf) < 0.0 <= np.nanmax(room, initial=-np.inf))
 
 
 def limit_remarks(
-    limits: Mapping[str, str], rooms: Mapping[str, Sequence[Floats]], places: Sequence[str]
+    limits: Mapping[str, str], rooms: Mapping[str, Sequence[Array]], places: Sequence[str]
 ) -> list[str]:
     """Say for each limit where no line shows it, unless that is because designs keep it there.
 
@@ -52,12 +50,16 @@ def limit_remarks(
             broken_by_all.append(text)
         elif broken:
             broken_at.setdefault((_listed(broken), has_line), []).append(text)
-    remarks = [*_sentence("No design keeps", broken_by_all, "or")]
+    remarks = []
+    if broken_by_all:
+        remarks.append(f"No design keeps {say.join_words(broken_by_all, 'or')}.")
     for (where, has_line), texts in broken_at.items():
         others = "" if has_line else "; every other design does"
         remarks.append(f"At {where}, no design keeps {say.join_words(texts, 'or')}{others}.")
-    remarks += _sentence("Every design keeps", kept)
-    remarks += _sentence("No design has a value to compare with", unknown, "or")
+    if kept:
+        remarks.append(f"Every design keeps {say.join_words(kept)}.")
+    if unknown:
+        remarks.append(f"No design has a value to compare with {say.join_words(unknown, 'or')}.")
     return remarks
 
 
@@ -66,9 +68,3 @@ def _listed(places: Sequence[str]) -> str:
     if len(places) <= _MOST_NAMED:
         return say.join_words(places)
     return f"{', '.join(places[:_MOST_NAMED])} and {len(places) - _MOST_NAMED} others"
-
-
-def _sentence(begin: str, texts: Sequence[str], last: str = "and") -> Iterator[str]:
-    """Yield a sentence that ends in a list of limits, if there are any."""
-    if texts:
-        yield f"{begin} {say.join_words(texts, last)}."

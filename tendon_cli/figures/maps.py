@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -25,7 +25,6 @@ from tendon_cli.cube.room import bounded_column, is_default, sign_of
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import mpl
 from tendon_cli.figures.frame import Page, framed
-from tendon_cli.figures.layout import group_equal, joined_titles
 from tendon_cli.figures.limit_remarks import crosses_zero, limit_remarks
 from tendon_cli.figures.scales import caption
 from tendon_cli.figures.slices import (
@@ -38,12 +37,10 @@ from tendon_cli.figures.slices import (
     grid_of,
 )
 from tendon_cli.figures.style import BLUES, INK, LIMIT_COLOURS, MARGIN, MARGIN_FLEXOR
-from tendon_cli.model.kinematics import Rows
+from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.figures import FigureSpec
-
-Floats = npt.NDArray[np.float64]
 
 OF_MARGIN = "margin"
 STIFFNESS = "min_elbow_stiffness"
@@ -64,8 +61,6 @@ def draw_maps(
     height: float | None,
 ) -> list[Page]:
     """Draw the pages of a map of designs.
-
-    Panels that would repeat a picture are one panel, and its title or a note names them all.
 
     Args:
         cube: The table of designs.
@@ -89,25 +84,29 @@ def draw_maps(
     # The limit on stiffness comes first, as in the key.
     limits = dict.fromkeys((STIFFNESS, *cube.limits))
     rooms = {limit: cube.room(limit, grid.rows) for limit in limits}
-    whole = _slice(cube, spec, grid, name, read, rooms)
-    groups = group_equal([whole.values, *rooms.values()], grid.titles)
-    firsts = [first for first, _ in groups]
-    part = whole.at(firsts)
-    rooms = {limit: room[firsts] for limit, room in rooms.items()}
-    titles, repeated = joined_titles(groups)
-    lines, fixed = caption(cube, spec, read, varied=[axis.column for axis in axes])
-    if titles == [""]:
-        titles = [next((text for text in fixed if text.endswith(" load")), "")]
-    part = replace(part, titles=tuple(titles))
-    meaning = [meaning_of_margin(cube, has_lines=part.has_lines)] if name == OF_MARGIN else []
-    notes = [*_both_notes(part), *meaning, *lines, *grid.notes, *repeated]
+    part = _slice(cube, spec, grid, name, read, rooms)
+    lines, _ = caption(cube, spec, read, varied=[axis.column for axis in axes])
+    notes = [*lines, *grid.notes]
+    if name == OF_MARGIN:
+        notes.insert(0, meaning_of_margin(cube, has_lines=part.has_lines))
+    if part.others.any():
+        notes.insert(
+            0,
+            f"Below zero: orange where the extensor goes slack ({EXTENSOR_SLACK.letter}), "
+            f"red and dotted where the flexor alone does ({FLEXOR_SLACK.letter}).",
+        )
 
-    def begin(of_page: Slice, seen: Rows, added: str, panels: float) -> Page:
-        of_panels = {limit: room[seen] for limit, room in rooms.items()}
-        remarks = _remarks(cube, spec, of_page, of_panels, name)
-        title = f"{spec.title or cube.title}{added}"
-        size: dict[str, Any] = {"width": width, "height": height, "study": cube.source}
-        return framed(title, panels, of_page.key(), [*remarks, *notes], **size)
+    def begin(seen: list[int], added: str, panels: float) -> Page:
+        places = [grid.titles[panel] for panel in seen] if len(seen) > 1 else [""]
+        return framed(
+            f"{spec.title or cube.title}{added}",
+            panels,
+            part.key(seen),
+            [*_remarks(cube, spec, part, rooms, seen, places), *notes],
+            width=width,
+            height=height,
+            study=cube.source,
+        )
 
     return draw_pages(part, width, begin)
 
@@ -131,21 +130,21 @@ def _slice(
     grid: PanelGrid,
     name: str,
     read: Mapping[str, ColumnArray],
-    rooms: Mapping[str, Floats],
+    rooms: Mapping[str, Array],
 ) -> Slice:
     """Return what is drawn: values, where the flexor is slack, limits, a letter in each cell."""
     shown = column_shown(cube, spec, name)
     values = shown.scaled(read[name])
     is_margin = name == OF_MARGIN
     has_outcomes = set(OF_OUTCOMES) <= set(read)
-    others = None
-    areas: list[Area] = []
+    others = np.zeros(values.shape, dtype=np.bool_)
+    areas = []
     if is_margin and has_outcomes:
         others = (values < 0.0) & is_flexor_slack(read)
         areas.append(Area("flexor slack", FLEXOR_SLACK.label, _FLEXOR, others))
     least = _bound_text(cube, spec, STIFFNESS)
     unstable = f"unstable: elbow stiffness below {least} at some angle"
-    areas.append(Area("unstable", unstable, _UNSTABLE, rooms[STIFFNESS] < 0.0, rooms[STIFFNESS]))
+    areas.append(Area("unstable", unstable, _UNSTABLE, rooms[STIFFNESS]))
     has_lines = not (grid.x.names or grid.y.names)
     borders = []
     for place, (limit, room) in enumerate(rooms.items()):
@@ -156,25 +155,19 @@ def _slice(
     if is_margin and has_lines:
         label = "margin = 0, ticks on the slack side"
         borders.append(Border("boundary", label, values, INK, 1.2))
-    texts: tuple[npt.NDArray[Any], ...] = ()
-    if has_outcomes and not has_lines:
-        texts = _texts(values, outcomes(read))
     return Slice(
-        grid.x,
-        grid.y,
-        grid.titles,
-        grid.in_row,
+        grid,
         values,
         _colours(shown, values, is_margin=is_margin),
         others,
-        tuple(areas),
-        tuple(borders),
-        texts,
+        areas,
+        borders,
+        _texts(values, outcomes(read)) if has_outcomes and not has_lines else (),
         unknown="no equilibrium at some elbow angle" if is_margin else "no value",
     )
 
 
-def _texts(values: Floats, codes: npt.NDArray[np.int64]) -> tuple[npt.NDArray[Any], ...]:
+def _texts(values: Array, codes: npt.NDArray[np.int64]) -> tuple[npt.NDArray[Any], ...]:
     """Return the letter of each cell with its value below, beside, and the letter alone."""
     letters = np.array([outcome.letter for outcome in OUTCOMES], dtype=object)[codes]
     numbers = [
@@ -188,7 +181,7 @@ def _texts(values: Floats, codes: npt.NDArray[np.int64]) -> tuple[npt.NDArray[An
     return (*texts, letters)
 
 
-def _colours(shown: ColumnLabel, values: Floats, *, is_margin: bool) -> Colours:
+def _colours(shown: ColumnLabel, values: Array, *, is_margin: bool) -> Colours:
     """Return one scale of colours for all panels, whose ends are round."""
     finite = values[np.isfinite(values)]
     low = float(finite.min())
@@ -198,12 +191,12 @@ def _colours(shown: ColumnLabel, values: Floats, *, is_margin: bool) -> Colours:
             BLUES, mpl.colors.Normalize(low, high if high > low else low + 1.0), shown.label
         )
     limit, levels, extend = colour_scale(values)
-    label = f"{shown.label}\n←  slack             taut  →"
+    label = f"← slack   {shown.label}   taut →"
     norm = mpl.colors.Normalize(-limit, limit)
     return Colours(MARGIN, norm, label, levels, extend, MARGIN_FLEXOR)
 
 
-def colour_scale(margins: Floats) -> tuple[float, list[float], str]:
+def colour_scale(margins: Array) -> tuple[float, list[float], str]:
     """Return one scale of colours for all panels, round and symmetric about zero.
 
     The positive side is shown whole. A far longer negative side is cut off.
@@ -221,13 +214,10 @@ def colour_scale(margins: Floats) -> tuple[float, list[float], str]:
         bound = usual
     bound = bound or 1.0
     levels = list(mpl.ticker.MaxNLocator(10, steps=[1, 2, 2.5, 5, 10]).tick_values(-bound, bound))
-    extend = {
-        (False, False): "neither",
-        (True, False): "min",
-        (False, True): "max",
-        (True, True): "both",
-    }
-    return levels[-1], levels, extend[least < levels[0], most > levels[-1]]
+    ends = [("min", least < levels[0]), ("max", most > levels[-1])]
+    beyond = "".join(name for name, is_beyond in ends if is_beyond)
+    extend = {"": "neither", "minmax": "both"}
+    return levels[-1], levels, extend.get(beyond, beyond)
 
 
 def limit_colour(place: int) -> str:
@@ -237,40 +227,34 @@ def limit_colour(place: int) -> str:
     return LIMIT_COLOURS[1 + (place - 1) % (len(LIMIT_COLOURS) - 1)]
 
 
-def _both_notes(part: Slice) -> list[str]:
-    """Say what the two colours of slack mean, if there are two."""
-    if part.others is None or not part.others.any():
-        return []
-    where = f"orange where the extensor goes slack ({EXTENSOR_SLACK.letter})"
-    dotted = f"red and dotted where the flexor alone does ({FLEXOR_SLACK.letter})"
-    return [f"Below zero: {where}, {dotted}."]
-
-
 def _remarks(
-    cube: Cube, spec: FigureSpec, part: Slice, rooms: Mapping[str, Floats], name: str
+    cube: Cube,
+    spec: FigureSpec,
+    part: Slice,
+    rooms: Mapping[str, Array],
+    seen: Sequence[int],
+    places: Sequence[str],
 ) -> list[str]:
     """Say of a page whether all is taut or slack, what letters mean, and which limits show no line.
 
     Nobody need be told that designs keep a limit that the study does not state.
     """
     remarks = []
-    known = part.values[np.isfinite(part.values)]
-    if name == OF_MARGIN and len(known) and not known.min() < 0.0 <= known.max():
-        all_ = "No design goes slack." if known.min() >= 0.0 else "Every design goes slack."
-        remarks.append(all_)
+    known = part.values[seen][np.isfinite(part.values[seen])]
+    if part.colours.below is not None and len(known) and not known.min() < 0.0 <= known.max():
+        remarks.append(f"{'No' if known.min() >= 0.0 else 'Every'} design goes slack.")
     if part.texts:
-        drawn = {str(text) for text in part.texts[-1].ravel()}
+        drawn = {str(text) for text in part.texts[-1][seen].ravel()}
         meanings = [f"{one.letter} {one.label}" for one in OUTCOMES if one.letter in drawn]
         remarks.append(f"Letters: {', '.join(meanings)}.")
-    titles = part.titles if len(part.titles) > 1 else ("",)
+    pieces = {limit: list(room[seen]) for limit, room in rooms.items()}
     limits = {}
-    for limit, room in rooms.items():
-        is_hatched = limit == STIFFNESS and crosses_zero(room)
+    for limit, of_limit in pieces.items():
+        is_hatched = limit == STIFFNESS and crosses_zero(np.array(of_limit))
         is_stated = not is_default(limit, cube.limits[limit])
-        if not is_hatched and (is_stated or bool((room < 0.0).any())):
+        if not is_hatched and (is_stated or (np.array(of_limit) < 0.0).any()):
             limits[limit] = limit_text(cube, spec, limit)
-    pieces = {limit: list(rooms[limit]) for limit in limits}
-    return [*remarks, *limit_remarks(limits, pieces, titles)]
+    return [*remarks, *limit_remarks(limits, pieces, places)]
 
 
 def limit_text(cube: Cube, spec: FigureSpec, name: str) -> str:

@@ -6,13 +6,11 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli.figures.backend import Axes, Patch
 from tendon_cli.figures.style import INK, Colour
+from tendon_cli.model.kinematics import Array
 from tendon_cli.studies.filters import Truth
-
-Floats = npt.NDArray[np.float64]
 
 TURNING_WORDS = "the tendons turn"
 ENDS_WORDS = "end of the record, counts for nothing"
@@ -28,7 +26,7 @@ _ENDS: dict[str, Any] = {
 _BAND_OPACITY = 0.3
 
 
-def stretches(holds: Truth, edges: Floats) -> Iterator[tuple[float, float]]:
+def stretches(holds: Truth, edges: Array) -> Iterator[tuple[float, float]]:
     """Yield the first and the last edge of each stretch in which something holds.
 
     Args:
@@ -41,13 +39,13 @@ def stretches(holds: Truth, edges: Floats) -> Iterator[tuple[float, float]]:
         yield float(edges[start]), float(edges[stop])
 
 
-def cell_edges(times: Floats) -> Floats:
+def cell_edges(times: Array) -> Array:
     """Return the borders of the cells around ascending times, (times + 1,), s."""
     middles = 0.5 * (times[:-1] + times[1:])
     return np.concatenate((times[:1], middles, times[-1:]))
 
 
-def shade_turning(axes: Axes, turning: Truth, edges: Floats, lines: int = 1) -> None:
+def shade_turning(axes: Axes, turning: Truth, edges: Array, lines: int = 1) -> None:
     """Shade the time in which the sheath turns, paler if the panel has several lines.
 
     Args:
@@ -61,7 +59,7 @@ def shade_turning(axes: Axes, turning: Truth, edges: Floats, lines: int = 1) -> 
         axes.axvspan(first, last, alpha=opacity, zorder=0.4, gid="turning", **_TURNING)
 
 
-def hatch_ends(axes: Axes, at_ends: Truth, edges: Floats) -> None:
+def hatch_ends(axes: Axes, at_ends: Truth, edges: Array) -> None:
     """Hatch the ends of the record, whose states count for nothing.
 
     Args:
@@ -73,7 +71,7 @@ def hatch_ends(axes: Axes, at_ends: Truth, edges: Floats) -> None:
         axes.axvspan(first, last, zorder=0.6, gid="record end", **_ENDS)
 
 
-def draw_band(axes: Axes, times: Floats, torque: Floats, other: Floats, colour: Colour) -> None:
+def draw_band(axes: Axes, times: Array, torque: Array, other: Array, colour: Colour) -> None:
     """Draw the range between both candidates of the torque while the sheath turns.
 
     The range closes at the samples before and after a turn.

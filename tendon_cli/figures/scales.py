@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
@@ -19,7 +18,7 @@ from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel, as_read, drawn_name, number, plain
 from tendon_cli.figures.backend import Axes, ticker
 from tendon_cli.figures.frame import text_width
-from tendon_cli.model.kinematics import Rows
+from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.figures import FigureSpec
@@ -46,26 +45,24 @@ class Scale:
     """
 
     label: str
-    places: npt.NDArray[np.float64]
+    places: Array
     order: npt.NDArray[np.intp]
     """Position of each place among the values as they were given."""
     is_log: bool = False
     names: tuple[str, ...] = ()
 
     @cached_property
-    def edges(self) -> npt.NDArray[np.float64]:
+    def edges(self) -> Array:
         """Borders of the cells around the places (places + 1)."""
         places = np.log(self.places) if self.is_log else self.places
-        if len(places) > 1:
-            first_step = places[1] - places[0]
-            last_step = places[-1] - places[-2]
+        if len(places) == 1:
+            half = 0.5 if self.names else 0.05 * max(abs(float(places[0])), 1.0)
+            edges = np.array([places[0] - half, places[0] + half])
         else:
-            first_step = 1.0 if self.names else max(abs(places[0]), 1.0) * 0.1
-            last_step = first_step
-        middles = (places[:-1] + places[1:]) / 2.0
-        first = places[0] - first_step / 2.0
-        last = places[-1] + last_step / 2.0
-        edges = np.concatenate(([first], middles, [last]))
+            middles = (places[:-1] + places[1:]) / 2.0
+            first = 2.0 * places[0] - middles[0]
+            last = 2.0 * places[-1] - middles[-1]
+            edges = np.concatenate(([first], middles, [last]))
         return np.exp(edges) if self.is_log else edges
 
     def reversed(self) -> Scale:
@@ -83,16 +80,13 @@ class Scale:
             room: About the length of the axis, mm, by which names are turned and cut.
             cells: True if the panel is drawn in cells, which are to be whole.
         """
-        axis = axes.xaxis if which == "x" else axes.yaxis
         if self.is_log:
-            set_scale = axes.set_xscale if which == "x" else axes.set_yscale
-            set_scale("log")
-        self._set_ticks(axis, which, room)
+            axes.set(**{f"{which}scale": "log"})
+        self._set_ticks(axes.xaxis if which == "x" else axes.yaxis, which, room)
         has_cells = cells or bool(self.names) or len(self.places) == 1
         ends = self.edges if has_cells else self.places
         if ends[0] < ends[-1]:  # in a table that tendon wrote, always
-            set_limits = axes.set_xlim if which == "x" else axes.set_ylim
-            set_limits(float(ends[0]), float(ends[-1]))
+            axes.set(**{f"{which}lim": (ends[0], ends[-1])})
 
     def _set_ticks(self, axis: Any, which: str, room: float) -> None:
         if self.names:
@@ -176,17 +170,16 @@ def scale_of_names(label: str, names: Sequence[str], order: npt.NDArray[np.intp]
 
 
 def short_names(names: Sequence[str], width: int) -> list[str]:
-    """Return names cut to so many characters, ready to be drawn.
+    """Return names ready to be drawn, those longer than so many characters cut in the middle.
 
-    Names that would look alike without their ends, such as "spring 2024 lot 1", are cut in the
-    middle.
+    Names often differ in their ends only, as "spring 2024 lot 1" does.
     """
-    texts = [plain(name, width=width, lines=1) for name in names]
-    alike = {text for text, count in Counter(texts).items() if count > 1}
     head = width // 2
     return [
-        f"{plain(name[: head - 1])}…{plain(name[head - width :])}" if text in alike else text
-        for name, text in zip(names, texts, strict=True)
+        plain(name, lines=1)
+        if len(name) <= width
+        else f"{plain(name[: head - 1])}…{plain(name[head - width :])}"
+        for name in names
     ]
 
 

@@ -28,16 +28,15 @@ from tendon_cli.cube.choice_grid import pretension_name, upper_ends
 from tendon_cli.cube.labels import plain, with_symbols
 from tendon_cli.figures.answer_page import gauge_text
 from tendon_cli.figures.backend import Axes, Line2D, Patch
-from tendon_cli.figures.frame import Page, framed, source_of
-from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO, house_style
-from tendon_cli.model.kinematics import Flags
+from tendon_cli.figures.frame import Page, framed, panels_of, source_of
+from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO, house_style, key_line, largest
+from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.registry import by_name
 from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.tables.read import open_table
 from tendon_cli.tables.schema import as_numpy
 
-Values = npt.NDArray[np.float64]
 Table = Mapping[str, npt.NDArray[Any]]
 
 _ENDS = ("pretension_from", "pretension_to")
@@ -48,8 +47,7 @@ _INDICES = {"total": ("with all others", OKABE_ITO[5]), "first": ("alone", OKABE
 """Sobol indices: text in the key, and colour."""
 _ENOUGH: dict[str, Any] = {"color": FAINT, "linestyle": (0, (4, 3)), "linewidth": 0.8}
 _LIMIT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (3, 2))}
-_PAPER: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8}
-"""Background of a text in a panel."""
+_ERRORS: dict[str, Any] = {"error_kw": {"elinewidth": 0.7, "capsize": 1.5}}
 _MOST_LINES = 4000
 _MOST_REASONS = 4
 _FEWEST_BODIES = 3
@@ -91,7 +89,7 @@ def _reading_name(record: AnswerRecord) -> str:
     return pretension_name({"setting": {"read": record["question"]["read"]}})
 
 
-def _on_gauge(best: ChoiceRecord, pretensions: Values) -> Values:
+def _on_gauge(best: ChoiceRecord, pretensions: Array) -> Array:
     """Return F0 of the study's own arm, N, as a gauge in the flexor shows it: a line in F0."""
     shown = best.set_flexor_tension
     least = best.set_flexor_tension_from
@@ -110,7 +108,7 @@ def _nan_if_null(value: float | None) -> float:
 def for_whom(record: AnswerRecord, rows: Table) -> Page:
     """Draw everyone's window as a line, and next to it the bodies of those not served, if known.
 
-    The pretensions (N) that serve enough are shaded.
+    The pretensions (N) that serve enough are between two lines.
 
     Args:
         record: Record of the answer.
@@ -122,66 +120,77 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
     low = rows["pretension_from"]
     high = upper_ends(low, rows["pretension_to"])
     is_served = rows["served"] >= min(1.0, record["serve"]) - 1e-9
-    band_low, band_high = map(_nan_if_null, population["window"])
-    band = (band_low, band_high)
+    groups = [
+        (is_served, _SERVED, "served"),
+        ((low <= high) & ~is_served, _LEFT_OUT, "window elsewhere"),
+        (low > high, FAINT, "no window: by how much the upper end lies below the lower one"),
+    ]
+    band = [_nan_if_null(end) for end in population["window"]]
     has_bodies = "weight" in rows and len(low) >= _FEWEST_BODIES
     reasons = population["not_served"][:_MOST_REASONS] if has_bodies else []
     styles = [_reason_style(place) for place in range(len(reasons))]
-    key = _window_key(low, high, is_served)
+    key: list[Any] = [
+        Patch(facecolor=colour, label=label) for holds, colour, label in groups if holds.any()
+    ]
     if np.isfinite(band).all():
         label = f"between these lines at least {say.percent(record['serve'])} of them are served"
-        key.append(Line2D([], [], label=label, **_LIMIT))
-    best = record["best"]
-    if best is not None and gauge_text(record, best):
-        label = f"set: {gauge_text(record, best)}"
-        key.append(Line2D([], [], color=INK, linewidth=0.9, label=label))
+        key.append(key_line(label=label, **_LIMIT))
+    key += _key_of_setting(record, pretension)
     for reason, style in zip(reasons, styles, strict=True):
-        key.append(Line2D([], [], label=with_symbols(reason["text"], width=60, lines=2), **style))
-    unbalanced = int(np.isnan(low).sum())
+        key.append(key_line(label=with_symbols(reason["text"], width=60, lines=2), **style))
+    balanced = np.flatnonzero(~np.isnan(low))
+    unbalanced = len(low) - len(balanced)
     notes = []
     if unbalanced:
         notes.append(
             f"For {unbalanced} of {len(low)} {kind} the arm balances at no pretension at all."
         )
-    balanced = len(low) - unbalanced
-    if balanced > _MOST_LINES:
+    if len(balanced) > _MOST_LINES:
         notes.append(
-            f"Shown: {_MOST_LINES:,} of {balanced:,} windows, evenly spaced in their order."
+            f"Shown: {_MOST_LINES:,} of {len(balanced):,} windows, evenly spaced in their order."
         )
     page = framed(population["title"], 68.0, key, notes, study=source_of(record), is_of_answer=True)
-    shape: dict[str, Any] = {"ncols": 2, "width_ratios": [1.5, 1.0]} if has_bodies else {}
-    panels = page.figure.subplots(1, squeeze=False, **shape)[0]
-    set_to = _setting_text(record, pretension)
-    _draw_windows(panels[0], low, high, is_served, band, pretension, set_to)
+    widths = [1.5, 1.0] if has_bodies else [1.0]
+    panels = panels_of(page, 1, len(widths), len(widths), width_ratios=widths)
+    order = balanced[np.lexsort((high[balanced], low[balanced]))]
+    order = order[evenly_spaced(len(order), _MOST_LINES)]
+    place = (np.arange(len(order)) + 0.5) / max(len(order), 1) * 100.0
+    least = pretension if np.isfinite(pretension) else 1.0
+    top = max(
+        _ROOM * largest([*low, least]),
+        largest(high),
+    )
+    width = max(0.25, 230.0 / max(len(order), 1))
+    axes = panels[0]
+    for holds, colour, _ in groups:
+        part = holds[order]
+        ends = np.minimum(high[order], top)[part]
+        axes.vlines(place[part], low[order][part], ends, colors=colour, linewidth=width)
+    for bound in band:
+        axes.axhline(bound, zorder=4, **_LIMIT)
+    axes.axhline(pretension, color=INK, linewidth=0.9, zorder=4)
     name = _reading_name(record)
-    panels[0].set_ylabel(f"{name} ({record['question']['unit']})")
-    if len(low) > 1:
-        read = name.partition(" in the ")[0]
-        panels[0].set_xlabel(f"{kind}, sorted by the least {read} they need (%)")
+    axes.set(
+        xlim=(0.0, 100.0),
+        ylim=(0.0, max(axes.get_ylim()[1], 1.05 * float(low[order].max(initial=0.0)))),
+        ylabel=f"{name} ({record['question']['unit']})",
+        xlabel=f"{kind}, sorted by the least {name.partition(' in the ')[0]} they need (%)",
+    )
     if has_bodies:
-        groups = [members(rows, reason, pretension) for reason in reasons]
-        _draw_bodies(panels[1], population, rows, groups, styles)
+        of_reasons = [members(rows, reason, pretension) for reason in reasons]
+        _draw_bodies(panels[1], population, rows, of_reasons, styles)
     return page
 
 
-def _window_key(low: Values, high: Values, is_served: Flags) -> list[Any]:
-    """Return the key to the kinds of windows that are in the figure."""
-    is_known = ~np.isnan(low)
-    has_window = is_known & (low <= high)
-    entries = (
-        (_SERVED, "served", is_served),
-        (_LEFT_OUT, "window elsewhere", has_window & ~is_served),
-        (
-            FAINT,
-            "no window: by how much the upper end lies below the lower one",
-            ~has_window & is_known,
-        ),
-    )
-    return [
-        Patch(facecolor=colour, label=label)
-        for colour, label, is_member in entries
-        if is_member.any()
-    ]
+def _key_of_setting(record: AnswerRecord, pretension: float) -> list[Line2D]:
+    """Return the key to the line of the pretension that is set, if there is one."""
+    if not np.isfinite(pretension):
+        return []
+    best = record["best"]
+    question = record["question"]
+    text = f"{say.number(pretension, question.setting_digits)} {question.unit}"
+    label = f"set: {(best and gauge_text(record, best)) or text}"
+    return [key_line(color=INK, linewidth=0.9, label=label)]
 
 
 def _reason_style(place: int) -> dict[str, Any]:
@@ -219,11 +228,7 @@ def _draw_bodies(
             deviations[name] = deviations.get(name, 0.0) + weighted
     names = sorted(deviations, key=lambda name: -deviations[name])[:2]
     x, y = (rows[name] / say.factor_of(QUANTITIES[name]) for name in names)
-    is_rest = np.ones(len(x), dtype=np.bool_)
-    for group in groups:
-        is_rest[group] = False
-    dots: dict[str, Any] = {"color": _SERVED, "alpha": 0.5, "markersize": 2.5}
-    axes.plot(x[is_rest], y[is_rest], ".", zorder=1, **dots)
+    axes.plot(x, y, ".", zorder=1, color=_SERVED, alpha=0.5, markersize=2.5)
     for group, style in zip(groups, styles, strict=True):
         axes.plot(x[group], y[group], zorder=2, **style)
     labels = [plain(f"{say.column(name)} ({QUANTITIES[name].shown_in})") for name in names]
@@ -254,73 +259,6 @@ def members(rows: Table, reason: ReasonRecord, pretension: float) -> npt.NDArray
     return np.flatnonzero((rows["served"] < 1.0) & fits)
 
 
-def _setting_text(record: AnswerRecord, pretension: float) -> str:
-    """Say a pretension that is set by the digits of the answer, such as "36.4 N"."""
-    question = record["question"]
-    return f"{say.number(pretension, question.setting_digits)} {question.unit}"
-
-
-def _draw_windows(
-    axes: Axes,
-    low: Values,
-    high: Values,
-    is_served: Flags,
-    band: tuple[float, float],
-    pretension: float,
-    set_to: str,
-) -> None:
-    """Draw windows as lines, in the order of their lower ends.
-
-    Args:
-        axes: The panel.
-        low: Lower ends, N; NaN where no pretension balances the arm.
-        high: Upper ends, N; infinite where nothing bounds a window.
-        is_served: True for those whom the pretension serves.
-        band: Pretensions that serve enough, N; NaN if there are none.
-        pretension: The pretension chosen, N; NaN if there is none.
-        set_to: The pretension chosen in words.
-    """
-    balanced = np.flatnonzero(~np.isnan(low))
-    order = balanced[np.lexsort((high[balanced], low[balanced]))]
-    order = order[evenly_spaced(len(order), _MOST_LINES)]
-    place = (np.arange(len(order)) + 0.5) / max(len(order), 1) * 100.0
-    least = pretension if np.isfinite(pretension) else 1.0
-    highest = float(np.max(high[np.isfinite(high)], initial=0.0))
-    top = _ROOM * float(np.nanmax(low, initial=least))
-    begin = low[order]
-    end = np.minimum(high[order], max(top, highest))
-    has_window = low[order] <= high[order]
-    width = max(0.25, 230.0 / max(len(order), 1))
-    served = is_served[order]
-    for holds, colour, thickness in (
-        (served, _SERVED, width),
-        (has_window & ~served, _LEFT_OUT, width),
-        (~has_window, FAINT, min(width, 1.5)),
-    ):
-        style: dict[str, Any] = {"colors": colour, "linewidth": thickness}
-        axes.vlines(place[holds], begin[holds], end[holds], **style)
-    if np.isfinite(band).all():
-        for bound in band:
-            axes.axhline(bound, zorder=4, **_LIMIT)
-    if np.isfinite(pretension):
-        axes.axhline(pretension, color=INK, linewidth=0.9, zorder=4)
-        axes.annotate(
-            set_to,
-            (0.01, pretension),
-            xycoords=("axes fraction", "data"),
-            xytext=(0, 2),
-            textcoords="offset points",
-            ha="left",
-            va="bottom",
-            zorder=5,
-            bbox=_PAPER,
-        )
-    axes.set_xlim(0.0, 100.0)
-    axes.set_ylim(0.0, max(axes.get_ylim()[1], 1.05 * float(begin.max(initial=0.0))))
-    if len(low) == 1:
-        axes.set_xticks([])
-
-
 def how_sure(record: AnswerRecord) -> Page:
     """Draw the probability that a pretension (N) is in the window, with its 95 % band.
 
@@ -328,16 +266,29 @@ def how_sure(record: AnswerRecord) -> Page:
     """
     population = population_of(record)
     ends = population["sobol"]
-    enough = f"enough: {100.0 * record['serve']:g} %"
-    key: list[Any] = [Line2D([], [], label=enough, **_ENOUGH)]
+    pretension = _nan_if_null(population["pretension"])
+    enough = 100.0 * record["serve"]
+    key: list[Any] = [key_line(label=f"enough: {enough:g} %", **_ENOUGH)]
+    key += _key_of_setting(record, pretension)
     if ends:
         key += [Patch(facecolor=colour, label=label) for label, colour in _INDICES.values()]
     page = framed(population["title"], 66.0, key, study=source_of(record), is_of_answer=True)
     widths = [1.6, *[1.0] * len(ends)]
-    panels = page.figure.subplots(1, len(widths), width_ratios=widths, squeeze=False)[0]
-    _draw_probability(panels[0], record)
-    for place, (axes, end) in enumerate(zip(panels[1:], ends, strict=True)):
-        _draw_bars(axes, end, record["question"]["unit"], with_names=place == 0)
+    axes, *panels = panels_of(page, 1, len(widths), len(widths), width_ratios=widths)
+    for place, (panel, end) in enumerate(zip(panels, ends, strict=True)):
+        _draw_bars(panel, end, record["question"]["unit"], with_names=place == 0)
+    curve = population["curve"]
+    along = np.array(curve["pretension"])
+    share, low, high = (100.0 * np.array(curve[name]) for name in ("share", "low", "high"))
+    axes.fill_between(along, low, high, step="post", color=_CURVE, alpha=0.22, linewidth=0.0)
+    axes.plot(along, share, drawstyle="steps-post", color=_CURVE)
+    axes.axhline(enough, **_ENOUGH)
+    axes.axvline(pretension, color=INK, linewidth=0.9)
+    if len(along) and along[0] < along[-1]:
+        axes.set_xlim(along[0], along[-1])
+    axes.set_ylim(0.0, 104.0)
+    axes.set_ylabel("share in the window (%), 95 % band")
+    axes.set_xlabel(f"{_reading_name(record)} ({record['question']['unit']})")
     return page
 
 
@@ -348,8 +299,7 @@ def _draw_bars(axes: Axes, end: SobolRecord, unit: str, *, with_names: bool) -> 
     for shift, (order, (_, colour)) in zip((0.2, -0.2), _INDICES.items(), strict=True):
         share = np.array([value_of(item, order) for item in inputs])
         error = np.array([value_of(item, f"{order}_standard_error") for item in inputs])
-        style: dict[str, Any] = {"color": colour, "error_kw": {"elinewidth": 0.7, "capsize": 1.5}}
-        axes.barh(place + shift, 100 * share, 0.36, xerr=196 * error, **style)
+        axes.barh(place + shift, 100 * share, 0.36, xerr=196 * error, color=colour, **_ERRORS)
     names = [plain(item["name"], width=18) if with_names else "" for item in inputs]
     axes.set_yticks(place, names)
     axes.set(xlabel="share of its variance (%)")
@@ -357,32 +307,3 @@ def _draw_bars(axes: Axes, end: SobolRecord, unit: str, *, with_names: bool) -> 
     which = "lower" if end["end"] == "pretension_from" else "upper"
     deviation = say.number(end["standard_deviation"], 2)
     axes.set_title(plain(f"{which} end, ± {deviation} {unit}"), loc="left")
-
-
-def _draw_probability(axes: Axes, record: AnswerRecord) -> None:
-    """Draw the probability that a pretension is in the window, and the pretension chosen."""
-    population = population_of(record)
-    curve = population["curve"]
-    pretension = np.array(curve["pretension"])
-    share = 100 * np.array(curve["share"])
-    low = 100 * np.array(curve["low"])
-    high = 100 * np.array(curve["high"])
-    chosen = _nan_if_null(population["pretension"])
-    enough = 100 * record["serve"]
-    axes.fill_between(pretension, low, high, step="post", color=_CURVE, alpha=0.22, linewidth=0.0)
-    axes.plot(pretension, share, drawstyle="steps-post", color=_CURVE)
-    axes.axhline(enough, **_ENOUGH)
-    if np.isfinite(chosen):
-        axes.axvline(chosen, color=INK, linewidth=0.9)
-        axes.annotate(
-            _setting_text(record, chosen),
-            (chosen, 0.02),
-            xycoords=("data", "axes fraction"),
-            xytext=(3, 0),
-            textcoords="offset points",
-        )
-    if len(pretension) and pretension[0] < pretension[-1]:
-        axes.set_xlim(pretension[0], pretension[-1])
-    axes.set_ylim(0.0, 104.0)
-    axes.set_ylabel("share in the window (%), 95 % band")
-    axes.set_xlabel(f"{_reading_name(record)} ({record['question']['unit']})")

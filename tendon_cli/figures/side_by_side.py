@@ -4,104 +4,87 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from tendon_cli import say
+from tendon_cli.cube.choice_grid import upper_ends
 from tendon_cli.cube.cube import Cube
 from tendon_cli.figures.answer_figures import answer_pages
 from tendon_cli.figures.answer_page import star
-from tendon_cli.figures.backend import Axes, Line2D, Patch
 from tendon_cli.figures.choice_maps import longest_tolerance
-from tendon_cli.figures.frame import Page, framed, text_width
-from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, PAGE_WIDTH, STAR, WINDOW, house_style
+from tendon_cli.figures.frame import Page, fitted, framed, panels_of
+from tendon_cli.figures.scales import scale_of_names
+from tendon_cli.figures.style import (
+    FAINT,
+    INK,
+    OKABE_ITO,
+    PAGE_WIDTH,
+    STAR,
+    house_style,
+    key_line,
+    largest,
+    limit_colours,
+)
+from tendon_cli.figures.windows import Windows, draw_panel, window_key
 from tendon_cli.model.kinematics import Array
 
-_ROW = 11.0
-"""Height of the row of an answer, mm."""
-_PANEL = 0.75
-"""Share of the width of the page that the panel has."""
-_PAD = 0.015
-"""Space beside the name of a limit, as a share of the width of the panel."""
-_NAME_SIZE = 6.0
 _MOST_POINTS = 20_000
 """Largest number of designs that are drawn, evenly spread."""
 
 
-class WindowRow(NamedTuple):
-    """The window of an answer, in the unit that is read."""
-
-    label: str
-    low: float | None
-    """Lower end; None without a window."""
-    high: float | None
-    """Upper end; None if nothing bounds it."""
-    pretension: float | None
-    """Pretension that is set."""
-    fresh: tuple[float, float | None] | None
-    """Window of the fresh sample."""
-    limits: tuple[str, str]
-    """Limits that bind below and above, in words."""
-
-
 def windows_page(
-    rows: Sequence[WindowRow],
+    labels: Sequence[str],
+    columns: Mapping[str, Sequence[Any]],
+    bounds: say.LimitValues,
     title: str,
     read: str,
-    unit: str,
     study: str,
     width: float = PAGE_WIDTH,
 ) -> Page:
-    """Draw the windows of answers below each other over one axis.
+    """Draw the windows of answers side by side over one axis.
 
     Args:
-        rows: The windows.
+        labels: Names of the answers.
+        columns: Ends of the windows of the study's own conditions, limits that set them and what is
+            set, by the names of columns of choices; and `fresh`, both ends of the windows of the
+            fresh samples. None for an end that is not.
+        bounds: Limits of the studies, SI; None for one that differs.
         title: Title of the page.
-        read: What is read, in words.
-        unit: Its unit.
+        read: What is read, in words, with its unit.
         study: Name and hash of the study for the file's metadata.
         width: Width of the page, mm.
     """
-    ends = [end for row in rows for end in (row.low, row.high, row.pretension) if end is not None]
-    names = [text_width(row.limits[1], _NAME_SIZE) for row in rows]
-    for_names = max(names, default=0.0) / (_PANEL * width) + 2.0 * _PAD
-    right = max(ends, default=1.0) / (1.0 - for_names) or 1.0
-    key: list[Any] = [Patch(facecolor=WINDOW, label="window of the study's own conditions")]
-    if any(row.fresh is not None for row in rows):
-        key.append(Line2D([], [], color=INK, linewidth=1.2, label="window of the fresh sample"))
+    scale = scale_of_names("", labels, np.arange(len(labels)))
+    *numbers, pretensions = (
+        np.array(columns[name], dtype=np.float64)
+        for name in ("pretension_from", "pretension_to", "pretension")
+    )
+    windows = Windows(
+        numbers[0],
+        upper_ends(*numbers),
+        np.array(columns["from_by"], dtype=object),
+        np.array(columns["to_by"], dtype=object),
+    )
+    pretensions[np.isnan(windows.low)] = np.nan
+    fresh_low, fresh_high = np.array(columns["fresh"], dtype=np.float64).T
+    colours = limit_colours(windows.limits)
+    meaning = "window of the study's own conditions"
+    key = window_key([windows], colours, bounds, meaning, "no window")
+    if np.isfinite(fresh_low).any():
+        key.append(key_line(color=INK, linewidth=1.2, label="window of the fresh sample"))
     key.append(star("what is set"))
     with house_style():
-        page = framed(title, 14.0 + _ROW * len(rows), key, study=study, width=width)
-        panel = page.figure.subplots()
-        for place, row in enumerate(rows):
-            _draw_row(panel, row, place, right, _PANEL * width)
-        panel.set_yticks(range(len(rows)), [row.label for row in rows])
-        panel.set(xlim=(0.0, right), ylim=(len(rows) - 0.4, -0.6), xlabel=f"{read} ({unit})")
+        page = framed(title, 66.0, key, study=study, width=width)
+        (panel,) = panels_of(page, 1, 1, 1)
+        draw_panel(panel, scale, windows, colours, largest(pretensions))
+        fresh_high = np.minimum(upper_ends(fresh_low, fresh_high), panel.get_ylim()[1])
+        panel.vlines(scale.places, fresh_low, fresh_high, color=INK)
+        panel.plot(scale.places, pretensions, gid="best", **STAR)
+        scale.apply(panel, "x", width - 15.0)
+        panel.set_ylabel(fitted(read, 60.0))
     return page
-
-
-def _draw_row(panel: Axes, row: WindowRow, place: int, right: float, width: float) -> None:
-    """Draw the window of one answer in its row of a panel that is `width` mm wide."""
-    small: dict[str, Any] = {"size": _NAME_SIZE, "color": INK, "va": "center"}
-    if row.low is None:
-        panel.text(0.5 * right, place, "no window", ha="center", **small)
-        return
-    high = right if row.high is None else row.high
-    panel.barh(place, high - row.low, 0.5, row.low, color=WINDOW)
-    if row.fresh is not None:
-        low, fresh_high = row.fresh
-        panel.plot([low, right if fresh_high is None else fresh_high], [place, place], color=INK)
-    if row.pretension is not None:
-        panel.plot([row.pretension], [place], **STAR)
-    below, above = row.limits
-    pad = _PAD * right
-    if below and row.low > text_width(below, _NAME_SIZE) / width * right + 2.0 * pad:
-        panel.text(row.low - pad, place, below, ha="right", **small)
-    elif below:
-        panel.text(row.low, place + 0.4, below, ha="left", **small)
-    if above and row.high is not None:
-        panel.text(high + pad, place, above, ha="left", **small)
 
 
 def margins_page(
@@ -131,26 +114,25 @@ def margins_page(
         notes.append(f"Not shown: {left_out} without equilibrium in one of the runs.")
     if every > 1:
         notes.append(f"Shown: {len(shown):,} of {len(known):,} designs, evenly spaced.")
-    ends = np.concatenate([before[shown], now[shown], [0.0]])
-    pad = 0.05 * float(np.ptp(ends)) or 1.0
-    low = float(ends.min()) - pad
-    high = float(ends.max()) + pad
     with house_style():
         page = framed(title, 95.0, (), notes, study=study, width=width)
-        panel = page.figure.subplots()
-        panel.plot([low, high], [low, high], color=FAINT, linewidth=0.8)
+        (panel,) = panels_of(page, 1, 1, 1)
+        panel.axline((0.0, 0.0), slope=1.0, color=FAINT, linewidth=0.8)
         panel.axhline(0.0, color=FAINT, linewidth=0.5)
         panel.axvline(0.0, color=FAINT, linewidth=0.5)
-        points: dict[str, Any] = {"marker": "o", "linestyle": "", "color": OKABE_ITO[0]}
-        panel.plot(before[shown], now[shown], markersize=2.5, alpha=0.6, **points)
-        first, later = labels
-        panel.set(
-            xlim=(low, high),
-            ylim=(low, high),
-            aspect="equal",
-            xlabel=f"margin, {first} (N)",
-            ylabel=f"margin, {later} (N)",
+        panel.plot(
+            before[shown],
+            now[shown],
+            marker="o",
+            linestyle="",
+            color=OKABE_ITO[0],
+            markersize=2.5,
+            alpha=0.6,
         )
+        ends = [*panel.get_xlim(), *panel.get_ylim()]
+        span = (min(ends), max(ends))
+        first, later = (f"margin, {label} (N)" for label in labels)
+        panel.set(xlim=span, ylim=span, aspect="equal", xlabel=first, ylabel=later)
     return page
 
 
@@ -168,9 +150,8 @@ def maps_on_one_scale(
         A page for each answer; None for one without two axes of choices.
     """
     longest = max((longest_tolerance(cube) for cube in cubes), default=0.0)
-    how: dict[str, Any] = {"longest": longest, "width": width}
     drawn = [
-        answer_pages("tolerance_map", cube, record, **how)
+        answer_pages("tolerance_map", cube, record, longest=longest, width=width)
         for cube, record in zip(cubes, records, strict=True)
     ]
     return [next(iter(pages), None) for pages in drawn]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,25 +17,13 @@ from contourpy import contour_generator
 
 from tendon_cli.cube.axes import LOAD
 from tendon_cli.cube.cube import Cube
-from tendon_cli.figures.backend import (
-    Axes,
-    Line2D,
-    Outline,
-    Patch,
-    PathPatch,
-    TickedStroke,
-    mpl,
-    withStroke,
-)
-from tendon_cli.figures.frame import Page, fitted, grid_shape, label_panels, panels_of, text_width
+from tendon_cli.figures.backend import Axes, Patch, TickedStroke, mpl, withStroke
+from tendon_cli.figures.frame import Page, fitted, grid_shape, panels_of, text_width
 from tendon_cli.figures.layout import fewer, thin_out
 from tendon_cli.figures.scales import Scale, axis_scale, value_texts
-from tendon_cli.figures.style import INK, PAGE_HEIGHT, STAR, hatch_key, unknown_hatch
-from tendon_cli.model.kinematics import Rows
+from tendon_cli.figures.style import INK, PAGE_HEIGHT, STAR, hatch_key, key_line, unknown_hatch
+from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.space.axis import Axis
-
-Floats = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 MOST_PAGES = 12
 """Largest number of pages of panels; of more panels some are drawn, and the figure says so."""
@@ -43,10 +31,10 @@ _MOST_CELLS = 2000
 """Largest number of cells along an axis: more than a page has dots."""
 _NARROWEST = 36.0
 """Least width of a panel with its labels, mm."""
-_BAR = 20.0
-"""Width of a colour bar with its labels, mm."""
-_NARROW_PAGE = 100.0
-"""Width up to which a page has its colour bar below the panels, mm."""
+_BAR = 15.0
+"""Height of the colour bar with its labels, mm."""
+_ASPECT = 0.62
+"""Usual height of a panel over its width."""
 _SIDE = 12.0
 """Width of the labels beside all panels, mm."""
 _TEXT_SIZE = 6.0
@@ -65,17 +53,29 @@ _HALO = withStroke(linewidth=2.6, foreground="white")
 
 
 @dataclass(frozen=True)
-class Area:
-    """Cells that a style marks whole, or the part of a map of ranges in which `room` is negative.
+class PanelGrid:
+    """Rows of a table in panels over two axes."""
 
-    Arrays are of shape (panels, y, x).
-    """
+    x: Scale
+    y: Scale
+    rows: Rows
+    """Row numbers (panels, y, x) in the order of the scales."""
+    titles: tuple[str, ...]
+    in_row: int
+    """Number of neighbouring panels that differ in one axis only."""
+    notes: tuple[str, ...]
+    """Sentence on what is left out, if not all is drawn."""
+
+
+@dataclass(frozen=True)
+class Area:
+    """Part of a map that a style marks."""
 
     name: str
     label: str
     style: Mapping[str, Any]
-    holds: Flags
-    room: Floats | None = None
+    inside: Array | Flags
+    """True in cells that are marked whole, or negative where a limit is broken, (panels, y, x)."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class Border:
 
     name: str
     label: str
-    room: Floats
+    room: Array
     """Room that the limit leaves, negative where it is broken, (panels, y, x)."""
     colour: str
     width: float = 0.8
@@ -108,22 +108,17 @@ class Colours:
 class Slice:
     """A value over two axes of a table, in panels for the rest; arrays (panels, y, x)."""
 
-    x: Scale
-    y: Scale
-    titles: tuple[str, ...]
-    """Titles of the panels."""
-    in_row: int
-    """Number of neighbouring panels that differ in one axis only."""
-    values: Floats
+    grid: PanelGrid
+    values: Array
     colours: Colours
-    others: Flags | None = None
+    others: Flags
     """Cells whose values below zero have the colours `below`."""
-    areas: tuple[Area, ...] = ()
-    borders: tuple[Border, ...] = ()
-    texts: tuple[npt.NDArray[Any], ...] = ()
+    areas: Sequence[Area] = ()
+    borders: Sequence[Border] = ()
+    texts: Sequence[npt.NDArray[Any]] = ()
     """Texts of the cells, ever shorter: the first that have room are written."""
-    star: tuple[int, float, float] | None = None
-    """Panel of the choice named first, and its coordinates."""
+    star: tuple[int, int, int] | None = None
+    """Panel, row and column of the choice named first."""
     unknown: str = ""
     """Label of cells without a value."""
     is_in_cells: bool = False
@@ -132,71 +127,24 @@ class Slice:
     @property
     def has_lines(self) -> bool:
         """True if both axes are ranges of several values, between which limits are lines."""
-        is_listed = bool(self.x.names or self.y.names) or self.is_in_cells
+        is_listed = bool(self.grid.x.names or self.grid.y.names) or self.is_in_cells
         return not is_listed and min(self.values.shape[1:]) > 1
 
-    def at(self, panels: Sequence[int] | Rows) -> Slice:
-        """Return some of the panels."""
-        chosen = [int(panel) for panel in panels]
-        star = self.star
-        if star is not None:
-            star = (chosen.index(star[0]), *star[1:]) if star[0] in chosen else None
-        return replace(
-            self,
-            titles=tuple(self.titles[panel] for panel in chosen),
-            values=self.values[chosen],
-            others=None if self.others is None else self.others[chosen],
-            areas=tuple(
-                replace(
-                    area,
-                    holds=area.holds[chosen],
-                    room=None if area.room is None else area.room[chosen],
-                )
-                for area in self.areas
-            ),
-            borders=tuple(replace(border, room=border.room[chosen]) for border in self.borders),
-            texts=tuple(texts[chosen] for texts in self.texts),
-            star=star,
-        )
-
-    def key(self) -> list[Any]:
-        """Return the key to what is drawn over the colours."""
+    def key(self, panels: Sequence[int]) -> list[Any]:
+        """Return the key to what is drawn over the colours of some panels."""
         key: list[Any] = [
-            Line2D([], [], label=border.label, **_line_style(border))
+            key_line(label=border.label, **_line_style(border))
             for border in self.borders
-            if any(map(self.shows, border.room))
+            if any(_has_line(self, border.room[panel]) for panel in panels)
         ]
         key += [
             Patch(label=area.label, **{"linewidth": 0.4, **area.style})
             for area in self.areas
-            if area.holds.any()
+            if _is_inside(area.inside[panels]).any()
         ]
-        if self.unknown and not np.isfinite(self.values).all():
+        if self.unknown and not np.isfinite(self.values[panels]).all():
             key.append(hatch_key(self.unknown))
         return key
-
-    def shows(self, room: Floats) -> bool:
-        """Return True if a panel (y, x) shows the line of a limit."""
-        if not self.has_lines:
-            return bool((room < 0.0).any())
-        # Without the value of one corner a contour is drawn in the triangle of the other three.
-        masked = np.ma.masked_invalid(room)
-        drawn = contour_generator(self.x.places, self.y.places, masked, corner_mask=True)
-        return bool(drawn.lines(0.0))
-
-
-@dataclass(frozen=True)
-class PanelGrid:
-    """Rows of a table in panels over two axes."""
-
-    x: Scale
-    y: Scale
-    rows: Rows
-    """Row numbers (panels, y, x) in the order of the scales."""
-    titles: tuple[str, ...]
-    in_row: int
-    notes: tuple[str, ...]
-    """Sentence on what is left out, if not all is drawn."""
 
 
 def grid_of(
@@ -217,128 +165,96 @@ def grid_of(
     """
     others = [axis for axis in cube.axes if axis not in axes and len(chosen[axis.column]) > 1]
     others.sort(key=lambda axis: axis.column != LOAD)
-    rows_of_page, columns = _most_panels(width)
+    others.reverse()
+    most_rows, most_columns = _most_panels(width)
     counts = [len(chosen[axis.column]) for axis in others]
-    counts = fewer(counts, MOST_PAGES * rows_of_page * columns)
+    counts = fewer(counts, MOST_PAGES * most_rows * most_columns)
     most = dict.fromkeys(axes, _MOST_CELLS) | dict(zip(others, counts, strict=True))
     positions, notes = thin_out(cube, chosen, most)
     units = units or {}
-    scales = [
-        axis_scale(cube, axis, positions[axis.column], units, has_cells=True) for axis in axes
-    ]
+    x, y = (axis_scale(cube, axis, positions[axis.column], units, has_cells=True) for axis in axes)
     if axes[1].is_text:
-        scales[1] = scales[1].reversed()  # the first row of a table is the top one
-    order = [axis.column for axis in (*reversed(others), axes[1], axes[0])]
-    rows = cube.rows(order, positions)
-    rows = rows.reshape(-1, *rows.shape[-2:])[:, scales[1].order][..., scales[0].order]
-    texts = [value_texts(cube, axis, positions[axis.column], units) for axis in reversed(others)]
+        y = y.reversed()  # the first row of a table is the top one
+    rows = cube.rows([axis.column for axis in (*others, axes[1], axes[0])], positions)
+    rows = rows.reshape(-1, *rows.shape[-2:])[:, y.order][..., x.order]
+    texts = [value_texts(cube, axis, positions[axis.column], units) for axis in others]
     titles = tuple(", ".join(reversed(words)) for words in itertools.product(*texts))
-    in_row = len(positions[others[0].column]) if others else 1
-    return PanelGrid(scales[0], scales[1], rows, titles, in_row, notes)
+    return PanelGrid(x, y, rows, titles, len(texts[-1]) if texts else 1, notes)
 
 
 def _most_panels(width: float) -> tuple[int, int]:
     """Return the most rows and columns of panels on a page of a width in mm."""
-    room = width - _bar_width(width)
-    columns = max(1, int(room / _NARROWEST))
-    return max(1, int(PAGE_HEIGHT / (0.8 * room / columns + 7.0))), columns
-
-
-def _bar_width(width: float) -> float:
-    """Return the width of the colour bar, mm; on a narrow page it is below the panels."""
-    return _BAR if width > _NARROW_PAGE else 0.0
+    columns = max(1, int(width / _NARROWEST))
+    return max(1, int((PAGE_HEIGHT - _BAR) / (_ASPECT * width / columns + 7.0))), columns
 
 
 # --- Pages ----------------------------------------------------------------------------------------
 
 
 def draw_pages(
-    part: Slice, width: float, begin: Callable[[Slice, Rows, str, float], Page]
+    part: Slice,
+    width: float,
+    begin: Callable[[list[int], str, float], Page],
 ) -> list[Page]:
     """Draw the panels of a slice with their colour bar, on as many pages as they need.
 
     Args:
         part: The slice.
         width: Width of a page, mm.
-        begin: Function that begins a page with its title and key. It takes the part of the slice,
-            the numbers of its panels, what to add to the title, and the height of all panels, mm.
+        begin: Function that begins a page with its title and key. It takes the numbers of its
+            panels, what to add to the title, and the height of all panels, mm.
     """
+    titles = part.grid.titles
     most_rows, most_columns = _most_panels(width)
-    count = len(part.titles)
-    starts = range(0, count, most_rows * most_columns)
-    bar = 0.0 if _bar_width(width) else 14.0  # height of a bar below the panels, mm
+    starts = range(0, len(titles), most_rows * most_columns)
     pages = []
     for number, start in enumerate(starts, 1):
-        seen = np.arange(start, min(count, start + starts.step))
-        of_page = part.at(seen)
-        rows, columns = grid_shape(len(seen), part.in_row, most=most_columns)
-        across = (width - _bar_width(width) - _SIDE) / columns - 2.0
-        up = (0.62 if count == 1 else 0.8) * across
-        if part.y.names:
-            up = max(up, 3.2 * len(part.y.names))
-        total = min(PAGE_HEIGHT, rows * (min(up, 85.0) + 7.0) + 8.0)
+        seen = list(range(start, min(len(titles), start + starts.step)))
+        rows, columns = grid_shape(len(seen), part.grid.in_row, most=most_columns)
+        across = (width - _SIDE) / columns - 2.0
+        up = min(85.0, max(_ASPECT * across, 3.2 * len(part.grid.y.names)))
+        total = min(PAGE_HEIGHT, rows * (up + 7.0) + 8.0 + _BAR)
         added = f" (page {number} of {len(starts)})" if len(starts) > 1 else ""
-        page = begin(of_page, seen, added, total + bar)
-        up = (page.inner - bar - 8.0) / rows - 7.0
+        page = begin(seen, added, total)
+        up = (page.inner - _BAR - 8.0) / rows - 7.0
         panels = panels_of(page, rows, columns, len(seen), sharex=True, sharey=True)
-        for place, axes in enumerate(panels):
-            part.x.apply(axes, "x", across, cells=not part.has_lines)
-            part.y.apply(axes, "y", up, cells=not part.has_lines)
-            _draw_panel(axes, of_page, place)
-            _write_cells(axes, of_page, place, across, up)
+        for panel, axes in zip(seen, panels, strict=True):
+            part.grid.x.apply(axes, "x", across, cells=not part.has_lines)
+            part.grid.y.apply(axes, "y", up, cells=not part.has_lines)
+            _draw_panel(axes, part, panel)
+            _write_cells(axes, part, panel, across, up)
             # With y given, matplotlib does not search for the title's place.
-            axes.set_title(fitted(of_page.titles[place], across), y=1.0)
-        label_panels(panels, part.x.label, part.y.label, across, up)
-        _draw_bar(page, of_page, panels)
+            axes.set_title(fitted(titles[panel], across), y=1.0)
+            axes.set_xlabel(fitted(part.grid.x.label, across))
+            axes.set_ylabel(fitted(part.grid.y.label, max(up, 20.0)))
+        _draw_bar(page, part, panels)
         pages.append(page)
     return pages
 
 
-def _draw_panel(axes: Axes, part: Slice, panel: int) -> None:
-    values = np.ma.masked_invalid(part.values[panel])
-    edges = part.x.edges, part.y.edges
-    if values.mask.any():
-        axes.patch.set(**unknown_hatch())
-    colours = part.colours
-    style: dict[str, Any] = {"norm": colours.norm, "rasterized": True}
-    axes.pcolormesh(*edges, values, cmap=colours.map, gid="value", **style)
-    if part.others is not None and part.others[panel].any():
-        of_others = np.ma.masked_where(~part.others[panel], values)
-        axes.pcolormesh(*edges, of_others, cmap=colours.below, gid="other", **style)
-    for area in part.areas:
-        if area.holds[panel].any():
-            _draw_area(axes, part, area, panel)
-    for border in part.borders:
-        if part.shows(border.room[panel]):
-            _draw_border(axes, part, border, panel)
-    if part.star is not None and part.star[0] == panel:
-        _, across, up = part.star
-        axes.plot([across], [up], gid="best", **STAR)
+def _is_inside(inside: Array | Flags) -> Flags:
+    """Return the cells that an area marks, or that break a limit."""
+    return np.asarray(inside if inside.dtype == np.bool_ else inside < 0.0, dtype=np.bool_)
 
 
-def _draw_area(axes: Axes, part: Slice, area: Area, panel: int) -> None:
-    """Draw whole cells as one patch, or in a map of ranges the part where room is negative."""
-    style = {**area.style, "linewidth": 0.0}
-    if part.has_lines and area.room is not None:
-        room = np.ma.masked_invalid(area.room[panel])
-        places = part.x.places, part.y.places
-        hatched = axes.contourf(
-            *places, room, levels=[-np.inf, 0.0], colors="none", hatches=[style["hatch"]]
-        )
-        hatched.set(gid=area.name, edgecolor=style["edgecolor"], linewidth=0.0)
-        return
-    x = part.x.edges
-    y = part.y.edges
-    rows, columns = np.nonzero(area.holds[panel])
-    left = x[columns]
-    right = x[columns + 1]
-    low = y[rows]
-    high = y[rows + 1]
-    across = np.stack([left, right, right, left, left], axis=1)
-    up = np.stack([low, low, high, high, low], axis=1)
-    corners = np.stack([across, up], axis=-1).reshape(-1, 2)
-    codes = np.tile([Outline.MOVETO, *[Outline.LINETO] * 3, Outline.CLOSEPOLY], len(rows))
-    axes.add_patch(PathPatch(Outline(corners, codes), gid=area.name, **style))
+def _field(part: Slice, inside: Array | Flags) -> tuple[Array, Array, Any]:
+    """Return x, y and a value that is zero around an area of a panel, for contours.
+
+    Each edge of a cell stands twice, so that the value jumps there.
+    """
+    if part.has_lines and inside.dtype != np.bool_:
+        return part.grid.x.places, part.grid.y.places, np.ma.masked_invalid(inside)
+    signs = np.where(_is_inside(inside), -1.0, 1.0).repeat(2, axis=0).repeat(2, axis=1)
+    x, y = (scale.edges.repeat(2) for scale in (part.grid.x, part.grid.y))
+    return x, y, np.pad(signs, 1, constant_values=1.0)
+
+
+def _has_line(part: Slice, room: Array) -> bool:
+    """Return True if a panel shows the line of a limit.
+
+    Without the value of one corner a contour is drawn in the triangle of the other three.
+    """
+    return bool(contour_generator(*_field(part, room), corner_mask=True).lines(0.0))
 
 
 def _line_style(border: Border) -> dict[str, Any]:
@@ -346,89 +262,96 @@ def _line_style(border: Border) -> dict[str, Any]:
     return {**style, "path_effects": _TICKS} if border.has_ticks else style
 
 
-def _draw_border(axes: Axes, part: Slice, border: Border, panel: int) -> None:
-    """Draw the line of a limit, with ticks on the side where it is broken."""
-    room = border.room[panel]
-    style = _line_style(border)
-    if part.has_lines:
-        effects = [_HALO, *style.get("path_effects", ())]
-        style = {"colors": border.colour, "linewidths": border.width}
-        masked = np.ma.masked_invalid(room)
-        drawn = axes.contour(part.x.places, part.y.places, masked, levels=[0.0], **style)
-        drawn.set(path_effects=effects, gid=border.name)
-        return
-    ends = _outline(part.x.edges, part.y.edges, room < 0.0)
-    codes = np.tile([Outline.MOVETO, Outline.LINETO], len(ends))
-    outline = Outline(ends.reshape(-1, 2), codes)
-    style["edgecolor"] = style.pop("color")
-    patch = PathPatch(outline, fill=False, gid=border.name, zorder=4, clip_on=False, **style)
-    patch.set_in_layout(False)
-    axes.add_patch(patch)
-
-
-def _outline(x: Floats, y: Floats, inside: Flags) -> Floats:
-    """Return the edges around some cells (y, x), with these on their right, (edges, 2, 2)."""
-    padded = np.pad(inside.astype(np.int8), 1)
-    edges = []
-    steps = np.diff(padded, axis=1)[1:-1]
-    for row, column in np.argwhere(steps != 0):
-        ends = y[[row, row + 1]][:: steps[row, column]]
-        edges.append([(x[column], end) for end in ends])
-    steps = np.diff(padded, axis=0)[:, 1:-1]
-    for row, column in np.argwhere(steps != 0):
-        ends = x[[column, column + 1]][:: -steps[row, column]]
-        edges.append([(end, y[row]) for end in ends])
-    return np.array(edges)
+def _draw_panel(axes: Axes, part: Slice, panel: int) -> None:
+    values = np.ma.masked_invalid(part.values[panel])
+    if values.mask.any():
+        axes.patch.set(**unknown_hatch())
+    for is_drawn, colours, name in (
+        (~values.mask, part.colours.map, "value"),
+        (part.others[panel], part.colours.below, "other"),
+    ):
+        if name == "value" or is_drawn.any():
+            axes.pcolormesh(
+                part.grid.x.edges,
+                part.grid.y.edges,
+                np.ma.masked_where(~is_drawn, values),
+                cmap=colours,
+                norm=part.colours.norm,
+                rasterized=True,
+                gid=name,
+            )
+    for area in part.areas:
+        if _is_inside(area.inside[panel]).any():
+            field = _field(part, area.inside[panel])
+            colour = area.style["facecolor"]
+            drawn = axes.contourf(
+                *field, levels=[-np.inf, 0.0], colors=[colour], hatches=[area.style["hatch"]]
+            )
+            drawn.set(gid=area.name, edgecolor=area.style["edgecolor"], linewidth=0.0)
+    for border in part.borders:
+        if _has_line(part, border.room[panel]):
+            drawn = axes.contour(
+                *_field(part, border.room[panel]),
+                levels=[0.0],
+                colors=border.colour,
+                linewidths=border.width,
+            )
+            halo = [_HALO] if part.has_lines else []
+            ticks = _TICKS if border.has_ticks else []
+            drawn.set(path_effects=[*halo, *ticks], gid=border.name, clip_on=part.has_lines)
+    if part.star is not None and part.star[0] == panel:
+        _, row, column = part.star
+        axes.plot(part.grid.x.places[column], part.grid.y.places[row], gid="best", **STAR)
 
 
 def _write_cells(axes: Axes, part: Slice, panel: int, width: float, height: float) -> None:
     """Write the longest texts that have room in the cells of a panel; its size is in mm."""
-    shares = [float(np.diff(edges).min() / np.ptp(edges)) for edges in (part.x.edges, part.y.edges)]
+    grid = part.grid
+    shares = [float(np.diff(edges).min() / np.ptp(edges)) for edges in (grid.x.edges, grid.y.edges)]
     cell_width = 0.9 * shares[0] * width
     cell_height = 0.94 * shares[1] * height
-    for texts in part.texts:
-        known = [text for text in texts.ravel().tolist() if text]
-        if len(known) > 4 * width * height / _TEXT_HEIGHT**2:
-            continue
-        lines = max((text.count("\n") + 1 for text in known), default=1)
-        widest = max((text_width(text, _TEXT_SIZE) for text in known), default=0.0)
-        if widest <= cell_width and lines * _TEXT_HEIGHT <= cell_height:
-            _write(axes, part, panel, texts[panel], cell_height)
-            return
 
+    def fits(text: str, room: float) -> bool:
+        lines = text.count("\n") + 1
+        return text_width(text, _TEXT_SIZE) <= cell_width and lines * _TEXT_HEIGHT <= room
 
-def _write(axes: Axes, part: Slice, panel: int, texts: npt.NDArray[Any], height: float) -> None:
-    """Write a text into each cell of a height in mm; below the star one that has room for both."""
-    starred = None
-    if part.star is not None and part.star[0] == panel:
-        _, across, up = part.star
-        starred = (
-            int(np.searchsorted(part.y.edges, up)) - 1,
-            int(np.searchsorted(part.x.edges, across)) - 1,
+    if part.values[panel].size > 4 * width * height / _TEXT_HEIGHT**2:
+        return
+    forms = [
+        texts
+        for texts in part.texts
+        if all(fits(text, cell_height) for text in set(texts.ravel().tolist()))
+    ]
+    if not forms:
+        return
+    values = np.nan_to_num(part.values[panel])
+    shades = part.colours.map(part.colours.norm(values))
+    is_dark = (shades[..., :3] @ [0.299, 0.587, 0.114] < 0.5) & np.isfinite(part.values[panel])
+    is_hatched = np.any([_is_inside(area.inside[panel]) for area in part.areas], axis=0)
+    is_hatched = np.broadcast_to(is_hatched, is_dark.shape)
+    for row, column in np.ndindex(*is_dark.shape):
+        across = float(grid.x.edges[column : column + 2].mean())
+        up = float(grid.y.edges[row : row + 2].mean())
+        text = forms[0][panel, row, column]
+        if part.star == (panel, row, column):  # below the star
+            room = (cell_height - _STAR_HEIGHT) / 2.0
+            shorter = [form[panel, row, column] for form in forms]
+            text = next((words for words in shorter if fits(words, room)), "")
+            up -= (cell_height - room) / 2.0 / height * float(np.ptp(grid.y.edges))
+        colour, around = ("white", INK) if is_dark[row, column] else (INK, "white")
+        written = axes.text(
+            across,
+            up,
+            text,
+            color=colour,
+            ha="center",
+            va="center",
+            size=_TEXT_SIZE,
+            gid="text",
+            in_layout=False,
         )
-    values = part.values[panel]
-    shades = part.colours.map(part.colours.norm(np.nan_to_num(values)))
-    is_dark = (shades[..., :3] @ [0.299, 0.587, 0.114] < 0.5) & np.isfinite(values)
-    is_hatched = np.zeros(texts.shape, dtype=np.bool_)
-    for area in part.areas:
-        is_hatched |= area.holds[panel]
-    style: dict[str, Any] = {"ha": "center", "va": "center", "size": _TEXT_SIZE, "gid": "text"}
-    style["in_layout"] = False
-    for row, column in np.ndindex(*texts.shape):
-        across = part.x.edges[column : column + 2].mean()
-        low, high = part.y.edges[row : row + 2]
-        up = (low + high) / 2.0
-        words: Any = texts[row, column]
-        if (row, column) == starred:
-            shorter = [words, *(form[panel, row, column] for form in part.texts)]
-            room = (height - _STAR_HEIGHT) / 2.0  # below the star, mm
-            fits = int(room / _TEXT_HEIGHT)
-            words = next((form for form in shorter if form.count("\n") < fits), "")
-            up = low + room / 2.0 / height * (high - low)
-        colours = ("white", INK) if is_dark[row, column] else (INK, "white")
-        text = axes.text(across, up, words, color=colours[0], **style)
         if is_hatched[row, column]:
-            text.set_path_effects([withStroke(linewidth=2.0, foreground=colours[1])])
+            written.set_path_effects([withStroke(linewidth=2.0, foreground=around)])
 
 
 def _draw_bar(page: Page, part: Slice, panels: Sequence[Axes]) -> None:
@@ -436,29 +359,21 @@ def _draw_bar(page: Page, part: Slice, panels: Sequence[Axes]) -> None:
     if not np.isfinite(part.values).any():
         return
     colours = part.colours
-    mappable = mpl.cm.ScalarMappable(colours.norm, colours.map)
-    is_narrow = page.width <= _NARROW_PAGE
     bar = page.figure.colorbar(
-        mappable,
+        mpl.cm.ScalarMappable(colours.norm, colours.map),
         ax=list(panels),
-        aspect=28,
-        pad=0.02,
-        location="bottom" if is_narrow else "right",
+        aspect=50,
+        location="bottom",
         extend=colours.extend,
         ticks=colours.ticks,
     )
-    bar.set_label(fitted(colours.label, page.width if is_narrow else page.inner), linespacing=1.3)
+    bar.set_label(fitted(colours.label, page.width - _SIDE))
     bar.outline.set_linewidth(0.5)
     low = colours.norm.vmin
-    if part.others is not None and part.others.any():
-        ramp = np.linspace(low, 0.0, 64)
+    if part.others.any():
         steps = np.linspace(low, 0.0, 65)
         half = np.array([0.5, 1.0])
-        style: dict[str, Any] = {"cmap": colours.below, "norm": colours.norm}
-        if is_narrow:
-            bar.ax.pcolormesh(steps, half, ramp[np.newaxis], **style)
-        else:
-            bar.ax.pcolormesh(half, steps, ramp[:, np.newaxis], **style)
+        ramp = np.linspace(low, 0.0, 64)[np.newaxis]
+        bar.ax.pcolormesh(steps, half, ramp, cmap=colours.below, norm=colours.norm)
     if low < 0.0:
-        line = bar.ax.axvline if is_narrow else bar.ax.axhline
-        line(0.0, color=INK, linewidth=1.2)
+        bar.ax.axvline(0.0, color=INK, linewidth=1.2)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import itertools
 import re
 import threading
 import warnings
@@ -22,7 +23,14 @@ import numpy.typing as npt
 from tendon_cli import say
 from tendon_cli.cube.outcomes import EXTENSOR_SLACK, FLEXOR_SLACK, TAUT
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.backend import Figure, FigureCanvasAgg, LinearSegmentedColormap, Patch, mpl
+from tendon_cli.figures.backend import (
+    Figure,
+    FigureCanvasAgg,
+    Line2D,
+    LinearSegmentedColormap,
+    Patch,
+    mpl,
+)
 from tendon_cli.studies.figures import WIDTHS
 
 MM = 1.0 / 25.4
@@ -67,6 +75,12 @@ STAR: dict[str, Any] = {
     **WHOLE,
 }
 """Style of the choice that an answer names first, which stands whole at the edge of a panel."""
+
+
+def largest(values: npt.ArrayLike) -> float:
+    """Return the largest finite value; 0 if none is above it."""
+    array = np.asarray(values, dtype=np.float64)
+    return float(np.max(array[np.isfinite(array)], initial=0.0))
 
 
 def shades(colour: str) -> list[str]:
@@ -260,16 +274,12 @@ def format_of(path: Path, where: str) -> str:
     return kind
 
 
-def named(text: str, joint: str | None = None) -> str:
+def named(text: str) -> str:
     """Put the name of the study's joint into a text about the elbow.
 
     Where the name stands already, it stays, as in "left elbow".
-
-    Args:
-        text: The text.
-        joint: The name; None for that of `house_style`.
     """
-    word = joint or _JOINT.get()
+    word = _JOINT.get()
     pieces = re.split(rf"(?<!\w)({re.escape(word)})(?!\w)", text, flags=re.IGNORECASE)
     pieces[::2] = [say.name_joint(piece, word) for piece in pieces[::2]]
     return "".join(pieces)
@@ -278,6 +288,11 @@ def named(text: str, joint: str | None = None) -> str:
 def unknown_hatch() -> dict[str, Any]:
     """Return the style of an area in which there is no value."""
     return {"facecolor": "#efefef", "hatch": "////", "edgecolor": FAINT, "linewidth": 0.0}
+
+
+def key_line(**style: Any) -> Line2D:
+    """Return the sample of a line or marker, for the key."""
+    return Line2D([], [], **style)
 
 
 def hatch_key(label: str) -> Patch:
@@ -312,9 +327,7 @@ def limit_colours(limits: Iterable[str]) -> dict[str, Colour]:
         limits: Names of the limits of a figure, in the order of its key.
     """
     names = list(dict.fromkeys(limits))
-    colours = {name: COLOUR_OF_LIMIT[name] for name in names if name in COLOUR_OF_LIMIT}
-    free = [colour for colour in reversed(OKABE_ITO) if colour not in colours.values()]
-    others = [name for name in names if name not in colours]
-    for place, name in enumerate(others):
-        colours[name] = free[min(place, len(free) - 1)] if free else OKABE_ITO[-1]
-    return {name: colours[name] for name in names}
+    known = [COLOUR_OF_LIMIT[name] for name in names if name in COLOUR_OF_LIMIT]
+    free = [colour for colour in reversed(OKABE_ITO) if colour not in known] or [OKABE_ITO[-1]]
+    others = itertools.chain(free, itertools.repeat(free[-1]))
+    return {name: COLOUR_OF_LIMIT.get(name) or next(others) for name in names}

@@ -13,7 +13,7 @@ import numpy as np
 from tendon_cli.cube.labels import plain
 from tendon_cli.figures.backend import Axes, Figure, Line2D
 from tendon_cli.figures.frame import Page, framed
-from tendon_cli.figures.style import house_style
+from tendon_cli.figures.style import house_style, key_line
 from tendon_cli.quantities import QUANTITIES
 
 _FLEXION = "#0063a6"
@@ -56,17 +56,18 @@ def _loads(fit: Any) -> list[float]:
 
 def _key(fit: Any) -> list[Line2D]:
     """Return the key to colours, markers and lines."""
-    style: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 4}
-    key = [Line2D([], [], color=colour, label=name, **style) for _, colour, name in _DIRECTIONS]
+    entries = [(name, colour, "o") for _, colour, name in _DIRECTIONS]
     loads = _loads(fit)
     if len(loads) > 1:
-        for place, load in enumerate(loads):
-            marker = _MARKERS[place % len(_MARKERS)]
-            label = f"{load:.3g} kg"
-            one: dict[str, Any] = {"linestyle": "none", "marker": marker, "markersize": 4}
-            key.append(Line2D([], [], color=_LINE, label=label, **one))
-    key.append(Line2D([], [], color=_LINE, linewidth=1.0, label="fitted suit"))
-    return key
+        entries += [
+            (f"{load:.3g} kg", _LINE, _MARKERS[place % len(_MARKERS)])
+            for place, load in enumerate(loads)
+        ]
+    key = [
+        key_line(linestyle="", marker=marker, markersize=4, color=colour, label=label)
+        for label, colour, marker in entries
+    ]
+    return [*key, key_line(color=_LINE, linewidth=1.0, label="fitted suit")]
 
 
 def _draw_channels(figure: Figure, fit: Any, channels: Any) -> None:

@@ -11,13 +11,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, TradeOffRecord, value_of
 from tendon_cli.cube.choice_grid import (
     OverMotion,
-    conflicts_of,
     over_motion,
     position,
     pretension_name,
@@ -37,7 +35,7 @@ from tendon_cli.figures.answer_page import (
     set_text,
     star,
 )
-from tendon_cli.figures.backend import Axes, Line2D, Patch
+from tendon_cli.figures.backend import Axes, Patch
 from tendon_cli.figures.frame import Page, fitted, grid_shape, panels_of
 from tendon_cli.figures.layout import MOST_NAMES, MOST_NUMBERS, is_of_rows, numbers_that_vary
 from tendon_cli.figures.motion_marks import cell_edges, ends_key, hatch_ends
@@ -52,29 +50,28 @@ from tendon_cli.figures.style import (
     WHOLE,
     WINDOW,
     Colour,
+    key_line,
+    largest,
     limit_colours,
 )
-from tendon_cli.model.kinematics import Rows
+from tendon_cli.model.kinematics import Array
 from tendon_cli.space.axis import Axis, evenly_spaced
-
-Floats = npt.NDArray[np.float64]
 
 _PANELS_OF_PAGE = 6
 _MOST_POINTS = 20_000
 """Largest number of points of a panel."""
 _SINGLE_MARKERS = 400
 """Points up to which each is drawn large."""
-_MOST_KINDS = 7
-"""Largest number of reasons with a colour of their own."""
-_OTHERS = "other reasons"
 _ROOM = 1.15
 """Height of a panel over its largest value, as a factor."""
 _MEANING_OF_POINTS = (
-    "Above zero: the width of the window of pretension, in the colour of the limit that ends it; "
-    "below: by how much the limits miss each other, in the colour of the reason."
+    "Above zero: the width of the window of pretension; below: by how much the limits miss each "
+    "other. Colour: the limit at the upper end."
 )
+_POINT: dict[str, Any] = {"marker": "o", "linestyle": "", "markersize": 4.0, **WHOLE}
 _ENDS = ("pretension_from", "pretension_to", "from_by", "to_by")
 _AT_PLACE = "#e3eef6"
+_WORKS = "#8fbfe0"
 _END: dict[str, Any] = {"marker": "o", "linestyle": "", "markersize": 4.0, "zorder": 4, **WHOLE}
 _WINDOW_END: dict[str, Any] = {
     "color": "white",
@@ -89,9 +86,9 @@ _WINDOW_END: dict[str, Any] = {
 class Windows(NamedTuple):
     """Ends of windows along an axis, N, and the limits that set them."""
 
-    low: Floats
+    low: Array
     """Lower ends; NaN where no pretension balances the arm."""
-    high: Floats
+    high: Array
     """Upper ends; infinite where nothing bounds a window."""
     lower: ColumnArray
     """Names of the limits that set the lower ends, "" for none."""
@@ -136,8 +133,9 @@ def draw_panel(
     is_gap = ~is_window & ~np.isnan(low)
     for holds, fill in ((is_window, WINDOW), (is_gap, NO_WINDOW)):
         if scale.names and holds.any():
-            bars: dict[str, Any] = {"color": fill, "linewidth": 6.0, "gid": "windows"}
-            panel.vlines(x[holds], low[holds], roof[holds], **bars)
+            panel.vlines(
+                x[holds], low[holds], roof[holds], color=fill, linewidth=6.0, gid="windows"
+            )
         elif holds.any():
             where = holds.tolist()
             panel.fill_between(x, low, roof, where=where, facecolor=fill, interpolate=True)
@@ -169,10 +167,9 @@ def _top(windows: Windows, most: float) -> float:
     """
     low, high, _, _ = windows
     is_window = low <= high
-    highest = max((value for value in (*low, *high, most) if np.isfinite(value)), default=0.0)
+    highest = largest([*low, *high, most])
     if is_window.any():
-        ends = (*low[is_window], *high[is_window], most)
-        highest = min(highest, 1.5 * max(value for value in ends if np.isfinite(value)))
+        highest = min(highest, 1.5 * largest([*low[is_window], *high[is_window], most]))
     return _ROOM * highest or 1.0
 
 
@@ -196,11 +193,16 @@ def window_key(
     if any((part.low > part.high).any() for part in parts):
         key.append(Patch(facecolor=NO_WINDOW, label="no window: the lower limit is above"))
     if any(np.isnan(part.low).any() for part in parts):
-        key.append(Line2D([], [], color=FAINT, marker="x", linestyle="", label=none))
+        key.append(key_line(color=FAINT, marker="x", linestyle="", label=none))
     for marker, (name, colour) in zip(itertools.cycle(MARKERS[1:]), colours.items(), strict=False):
-        label = f"ends where: {say.limit_words(name, bounds).label}"
-        key.append(Line2D([], [], color=colour, marker=marker, markersize=3.5, label=label))
+        label = f"ends where: {_limit_label(name, bounds)}"
+        key.append(key_line(color=colour, marker=marker, markersize=3.5, label=label))
     return key
+
+
+def _limit_label(name: str, bounds: say.LimitValues) -> str:
+    """Return a limit in words; "no limit" for an end that nothing sets."""
+    return say.limit_words(name, bounds).label if name else "no limit"
 
 
 def _pretension_label(cube: Cube) -> str:
@@ -227,8 +229,21 @@ def draw_windows(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list
     Returns:
         The pages; none if no axis of numbers has more than one value, or no window a known end.
     """
-    along = [axis for axis in long_axes(cube) if not axis.is_text]
-    parts = [_windows_along(cube, axis, chosen) for axis in along]
+    parts = []
+    for axis in long_axes(cube):
+        if axis.is_text:
+            continue
+        scale = axis_scale(cube, axis, slice(None), {}, has_cells=True)
+        at = {other.column: position(other, value_of(chosen, other.column)) for other in cube.axes}
+        texts = [
+            value_text(cube, other, other.values[at[other.column][0]])
+            for other in cube.axes
+            if other is not axis
+        ]
+        best = int(np.flatnonzero(scale.order == at[axis.column])[0])
+        rows = cube.rows([axis.column], at | {axis.column: scale.order.astype(np.int64)})
+        windows = Windows.of(cube.gather(rows, _ENDS))
+        parts.append(Along(scale, windows, ", ".join(texts), best))
     if not any(np.isfinite([part.windows.low, part.windows.high]).any() for part in parts):
         return []
     meaning = f"window: pretensions that work for {served_words(record)}"
@@ -250,16 +265,16 @@ def _window_pages(
     pretension = chosen["pretension"] if chosen["feasible"] else None
     colours = limit_colours(name for part in parts for name in part.windows.limits)
     key = window_key([part.windows for part in parts], colours, cube.limits, meaning)
-    if chosen["feasible"]:
+    if pretension is not None:
         key.append(star(set_text(cube, record, chosen)))
     pages = []
     for start in range(0, len(parts), _PANELS_OF_PAGE):
         seen = parts[start : start + _PANELS_OF_PAGE]
         rows, columns = grid_shape(len(seen), most=2)
-        page = answer_page(cube, record, title, rows * height, key, notes)
         width = PAGE_WIDTH / columns - 15.0
-        panels = panels_of(page, rows, columns, len(seen))
-        for panel, part in zip(panels, seen, strict=True):
+        names = max(part.scale.height_of_names(width) for part in seen)
+        page = answer_page(cube, record, title, rows * (height + names), key, notes)
+        for panel, part in zip(panels_of(page, rows, columns, len(seen)), seen, strict=True):
             draw_panel(panel, part.scale, part.windows, colours, pretension)
             part.scale.apply(panel, "x", width)
             panel.set_xlabel(fitted(part.scale.label, width))
@@ -269,21 +284,6 @@ def _window_pages(
                 panel.plot([part.scale.places[part.best]], [pretension], gid="best", **STAR)
         pages.append(page)
     return pages
-
-
-def _windows_along(cube: Cube, axis: Axis, chosen: ChoiceRecord) -> Along:
-    """Read the windows of the choices that differ from one choice along an axis only."""
-    scale = axis_scale(cube, axis, slice(None), {}, has_cells=True)
-    positions = {axis.column: scale.order.astype(np.int64)}
-    texts = []
-    for other in cube.axes:
-        if other is not axis:
-            place = position(other, value_of(chosen, other.column))
-            positions[other.column] = place
-            texts.append(value_text(cube, other, other.values[place[0]]))
-    read = cube.gather(cube.rows([axis.column], positions), _ENDS)
-    best = int(np.flatnonzero(scale.order == position(axis, value_of(chosen, axis.column)))[0])
-    return Along(scale, Windows.of(read), ", ".join(texts), best)
 
 
 # --- Row by row -----------------------------------------------------------------------------------
@@ -306,44 +306,38 @@ def draw_rows(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list[Pa
     if cube.table is None or not any(map(is_of_rows, axes)):
         return []
     count = cube.table.rows
-    if count <= MOST_NAMES:
-        return _draw_by_name(cube, record, chosen, axes)
-    return [_draw_points(cube, record, chosen, evenly_spaced(count, _MOST_POINTS), count)]
-
-
-def _draw_by_name(
-    cube: Cube, record: AnswerRecord, chosen: ChoiceRecord, axes: Sequence[Axis]
-) -> list[Page]:
-    """Draw the window of each choice as a bar, with the limits that end it."""
+    if count > MOST_NAMES:
+        return [_draw_points(cube, record, chosen, count)]
     texts = [
         [str(value) if axis.is_text else value_text(cube, axis, value) for value in axis.values]
         for axis in axes
     ]
     names = [", ".join(words) for words in itertools.product(*texts)]
-    rows = np.arange(len(names))
+    rows = np.arange(count)
     windows = Windows.of(cube.gather(rows, _ENDS))
     part = Along(scale_of_names("", names, rows), windows, "", chosen["choice"])
     title = "the window of each choice"
-    return _window_pages(cube, record, chosen, [part], title, "window of pretension", height=115.0)
+    return _window_pages(cube, record, chosen, [part], title, "window of pretension", height=90.0)
 
 
-def _draw_points(
-    cube: Cube, record: AnswerRecord, chosen: ChoiceRecord, rows: Rows, count: int
-) -> Page:
-    """Draw the width of each window over each number that varies, coloured by what binds."""
+def _draw_points(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord, count: int) -> Page:
+    """Draw the width of each window over each number that varies, coloured by its upper end."""
+    rows = evenly_spaced(count, _MOST_POINTS)
     columns = numbers_that_vary(cube)
     drawn = columns[:MOST_NUMBERS]
     read = cube.gather(rows, [*_ENDS, *drawn])
     part = Windows.of(read)
     with np.errstate(invalid="ignore"):
         width = part.high - part.low
-    finite = width[np.isfinite(width)]
-    top = 1.1 * float(finite.max(initial=0.0)) or 1.0
-    width = np.where(np.isinf(width), top, width)
-    kinds, reasons = _reasons(part, conflicts_of(read, cube.limits), cube)
+    top = 1.1 * largest(width) or 1.0
+    notes = [_MEANING_OF_POINTS]
+    if np.isinf(width).any():
+        notes.append("Windows without an upper end stand at the upper edge.")
+    width = np.minimum(width, top)
+    colours = limit_colours(str(name) for name in np.unique(part.upper))
     key: list[Any] = [
-        Line2D([], [], color=colour, marker="o", linestyle="", markersize=4, label=name)
-        for name, colour in kinds.items()
+        key_line(color=colour, label=_limit_label(name, cube.limits), **_POINT)
+        for name, colour in colours.items()
     ]
     if chosen["feasible"]:
         key.append(star(set_text(cube, record, chosen)))
@@ -355,50 +349,24 @@ def _draw_points(
     lost = int(np.isnan(width).sum())
     if lost:
         told.append(f"not drawn: {say.counted(lost, 'choice')} without any pretension that works")
-    notes = [_MEANING_OF_POINTS]
-    if np.isinf(part.high).any():
-        notes.append("Windows without an upper end stand at the upper edge.")
     lines, in_row = grid_shape(len(drawn), most=3)
     title = "the window of each choice"
     page = answer_page(cube, record, title, 58.0 * lines, key, notes, subtitle="; ".join(told))
     panels = panels_of(page, lines, in_row, len(drawn), sharey=True)
-    style: dict[str, Any] = {"marker": "o", "linestyle": "", **WHOLE}
-    style["markersize"] = 3.5 if len(rows) <= _SINGLE_MARKERS else 1.8
-    for place, (panel, column) in enumerate(zip(panels, drawn, strict=True)):
+    size = 3.5 if len(rows) <= _SINGLE_MARKERS else 1.8
+    for panel, column in zip(panels, drawn, strict=True):
         shown = cube.shown(column)
         x = shown.scaled(np.where(np.isinf(read[column]), np.nan, read[column]))
-        for kind, colour in kinds.items():
-            holds = reasons == kind
-            panel.plot(x[holds], width[holds], color=colour, **style)
+        for name, colour in colours.items():
+            holds = part.upper == name
+            panel.plot(x[holds], width[holds], color=colour, **{**_POINT, "markersize": size})
         panel.axhline(0.0, color=FAINT, linewidth=0.6)
         panel.set_xlabel(fitted(shown.label, PAGE_WIDTH / in_row - 15.0))
+        panel.set_ylabel(f"width of the window ({reading_unit(cube.document)})")
         at = np.flatnonzero(rows == chosen["choice"])
         if chosen["feasible"] and len(at):
             panel.plot(x[at], width[at], gid="best", **STAR)
-        if place % in_row == 0:
-            panel.set_ylabel(f"width of the window ({reading_unit(cube.document)})")
     return page
-
-
-def _reasons(
-    part: Windows, conflicts: ColumnArray, cube: Cube
-) -> tuple[dict[str, Colour], ColumnArray]:
-    """Return colours of what ends or prevents windows, the most frequent first, and that of each.
-
-    A limit has the colour that it has in every figure; rare reasons share the last.
-    """
-    words = {name: say.limit_words(name, cube.limits).label for name in part.limits}
-    upper = [words.get(str(name), "") for name in part.upper]
-    reasons = np.where(conflicts == "", np.array(upper, dtype=object), conflicts)
-    found, counts = np.unique(reasons[reasons != ""].astype(str), return_counts=True)
-    ordered = [str(label) for label in found[np.argsort(-counts, kind="stable")]]
-    if len(ordered) > _MOST_KINDS:
-        ordered = [*ordered[: _MOST_KINDS - 1], _OTHERS]
-    names = {label: name for name, label in words.items()}
-    colours = limit_colours(names.get(label, label) for label in ordered)
-    kinds = {label: colours[names.get(label, label)] for label in ordered}
-    shared = [label if label in kinds or not label else _OTHERS for label in reasons]
-    return kinds, np.array(shared, dtype=object)
 
 
 # --- Over a limit ---------------------------------------------------------------------------------
@@ -430,16 +398,24 @@ def draw_trade_off(
         raise UsageError("no choice has a window, whichever limit is taken", where="--x")
     order, names, label = _places(cube, axis, column)
     choices = [trade_off["best"][place] for place in order]
-    others = ["" if choice is None else _others(cube, axis, choice) for choice in choices]
+    others = [
+        ", ".join(
+            value_text(cube, other, value_of(choice, other.column))
+            for other in long_axes(cube)
+            if choice is not None and other is not axis
+        )
+        for choice in choices
+    ]
     if len(set(filter(None, others))) > 1:
         pairs = zip(names, others, strict=True)
         names = [": ".join(filter(None, pair)) for pair in pairs]
     scale = scale_of_names(label, names, order)
     part = Windows.of({name: _column(choices, name) for name in _ENDS})
+    pretension = _column(choices, "pretension")
     colours = limit_colours(part.limits)
     meaning = f"window that works for {served_words(record)}"
     key = window_key([part], colours, cube.limits, meaning, "no choice has a window")
-    key.append(Line2D([], [], label="pretension to set", color=INK, **_END))
+    key.append(key_line(label="pretension to set", color=INK, **_END))
     best = record["best"]
     at = [
         place
@@ -448,24 +424,29 @@ def draw_trade_off(
     ]
     if at and best is not None:
         key.append(star(f"named first among all: {gauge_text(record, best) or 'to set'}"))
-    name = plain(axis.key) if axis.is_text else say.limit_on(axis.key.partition(".")[2])
-    title = f"what each {name} gives" if axis.is_text else f"what the {name} buys"
-    size: dict[str, Any] = {"width": width, "height": height}
-    page = answer_page(cube, record, title, 104.0, key, [_meaning(record, axis, name)], **size)
-    upper, lower = panels_of(page, 2, 1, 2, sharex=True, height_ratios=[3.0, 2.0])
-    pretension = _column(choices, "pretension")
-    draw_panel(upper, scale, part, colours, float(np.nanmax(pretension, initial=0.0)))
-    upper.set_ylabel(_pretension_label(cube))
+    named = "is the best compromise" if len(record["goals"]) > 1 else "would be named first"
+    if axis.is_text:
+        title = f"what each {plain(axis.key)} gives"
+        note = f"{named} with this {plain(axis.key)} alone"
+    else:
+        title = f"what the {say.limit_on(axis.key.partition('.')[2])} buys"
+        note = f"{named} if the limit had this value alone"
+    notes = [f"Window and tension are those of the choice that {note}."]
+    total = 104.0 + scale.height_of_names(width - 20.0)
+    page = answer_page(cube, record, title, total, key, notes, width=width, height=height)
+    panels = panels_of(page, 2, 1, 2, sharex=True, height_ratios=[3.0, 2.0])
+    draw_panel(panels[0], scale, part, colours, largest(pretension))
+    panels[0].set_ylabel(_pretension_label(cube))
     tension = cube.shown("max_tension")
     tensions = tension.scaled(_column(choices, "max_tension"))
-    for panel, values in ((upper, pretension), (lower, tensions)):
+    for panel, values in zip(panels, (pretension, tensions), strict=True):
         panel.plot(scale.places, values, color=INK, gid="best of each", **_END)
         if at:
             panel.plot(scale.places[at], values[at], gid="best", **STAR)
-    lower.set_ylabel(tension.label)
-    lower.set_ylim(0.0, _ROOM * float(np.nanmax(tensions)))  # from 0: a millinewton is no step
-    scale.apply(lower, "x", width - 20.0, cells=True)
-    lower.set_xlabel(scale.label)
+    panels[1].set_ylabel(tension.label)
+    panels[1].set_ylim(0.0, _ROOM * largest(tensions))  # from 0: a millinewton is no step
+    scale.apply(panels[1], "x", width - 20.0, cells=True)
+    panels[1].set_xlabel(scale.label)
     return page
 
 
@@ -486,28 +467,12 @@ def _places(cube: Cube, axis: Axis, column: str) -> tuple[Any, list[str], str]:
     return scale.order, list(scale.names) or listed, scale.label
 
 
-def _meaning(record: AnswerRecord, axis: Axis, name: str) -> str:
-    """Say which choice is drawn at each value of a limit, or for each row that sets it."""
-    named = "is the best compromise" if len(record["goals"]) > 1 else "would be named first"
-    with_it = f"with this {name} alone" if axis.is_text else "if the limit had this value alone"
-    return f"Window and tension are those of the choice that {named} {with_it}."
-
-
-def _others(cube: Cube, axis: Axis, choice: ChoiceRecord) -> str:
-    """Say what a choice is on all other axes of more than one value."""
-    return ", ".join(
-        value_text(cube, other, value_of(choice, other.column))
-        for other in long_axes(cube)
-        if other is not axis
-    )
-
-
 def _column(choices: Iterable[ChoiceRecord | None], column: str) -> ColumnArray:
     """Return a column of choices, SI; NaN or "" without a choice or a value."""
     values = [None if choice is None else value_of(choice, column) for choice in choices]
     if column in ("from_by", "to_by"):
         return np.array([value or "" for value in values], dtype=object)
-    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+    return np.array(values, dtype=np.float64)
 
 
 # --- Over the motion ------------------------------------------------------------------------------
@@ -529,22 +494,25 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list
         return []
     floor, roof = drawn.tightest
     colours = limit_colours(name for bounds in drawn.ends for name in bounds)
-    in_picture = {
-        name
-        for bounds in drawn.ends
-        for name, values in bounds.items()
-        if (drawn.shown(values) > 0.0).any()
-    }
+    lines = [(name, values) for bounds in drawn.ends for name, values in bounds.items()]
+    in_picture = {name for name, values in lines if (drawn.shown(values) > 0.0).any()}
     key: list[Any] = [
-        Line2D([], [], color=colour, label=say.limit_words(name, cube.limits).label)
+        key_line(color=colour, label=say.limit_words(name, cube.limits).label)
         for name, colour in colours.items()
         if name in in_picture
     ]
-    key += _key_of_motion(drawn)
+    window, at_place = drawn.works
+    key.append(key_line(color=INK, linewidth=2.2, label=f"thick: binds at that {drawn.word}"))
+    if len(drawn.samples):
+        key.append(key_line(color=INK, label="angle of the study", **_POINT))
+    key.append(Patch(facecolor=_WORKS, label=f"window: {window}"))
+    key.append(Patch(facecolor=_AT_PLACE, label=at_place))
+    if not drawn.does_count.all():
+        key.append(ends_key())
     unit = reading_unit(cube.document)
     ends = [_end_of_window(drawn, chosen, end, unit) for end in ("from", "to")]
     label = f"ends of the window: {' '.join(text for text, _, _ in ends)}"
-    key.append(Line2D([], [], label=label, **_WINDOW_END))
+    key.append(key_line(label=label, **_WINDOW_END))
     pretension = chosen["pretension"]
     if pretension is not None:
         key.append(star(gauge_text(record, chosen) or "pretension to set"))
@@ -553,15 +521,22 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list
     page = answer_page(cube, record, title, 92.0, key, [*drawn.texts], subtitle=text)
     (panel,) = panels_of(page, 1, 1, 1)
     has_window = (floor <= roof).tolist()
-    area: dict[str, Any] = {"color": _AT_PLACE, "linewidth": 0.0, "zorder": 0.5}
-    panel.fill_between(drawn.along, floor, np.minimum(roof, drawn.top), where=has_window, **area)
+    panel.fill_between(
+        drawn.along,
+        floor,
+        np.minimum(roof, drawn.top),
+        where=has_window,
+        color=_AT_PLACE,
+        linewidth=0.0,
+        zorder=0.5,
+    )
     low, high = drawn.window
-    panel.axhspan(low, min(high, drawn.top), color="#8fbfe0", linewidth=0.0, zorder=0.9)
+    panel.axhspan(low, min(high, drawn.top), color=_WORKS, linewidth=0.0, zorder=0.9)
     first = float(drawn.along[0])
     last = float(drawn.along[-1])
     panel.set_xlim((first, last) if first < last else (first - 1.0, last + 1.0))
     panel.set_ylim(0.0, drawn.top)
-    panel.set_xlabel(drawn.axis_label)
+    panel.set_xlabel(fitted(drawn.axis_label, PAGE_WIDTH))
     panel.set_ylabel(_pretension_label(cube))
     for end, bounds, tightest, samples in zip(
         ("from", "to"), drawn.ends, drawn.tightest, drawn.at_samples, strict=True
@@ -572,8 +547,9 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list
             style: dict[str, Any] = {"color": colours[name]}
             panel.plot(drawn.along, shown, linewidth=0.9, gid=f"{end} {name}", **style)
             panel.plot(drawn.along, binding, linewidth=2.2, zorder=3, gid="binds", **style)
-        dots: dict[str, Any] = {"markersize": 2.4, "zorder": 4, **WHOLE}
-        panel.plot(drawn.samples, samples, "o", color=INK, gid="samples", **dots)
+        panel.plot(
+            drawn.samples, samples, "o", color=INK, gid="samples", markersize=2.4, zorder=4, **WHOLE
+        )
     if not drawn.does_count.all():
         hatch_ends(panel, ~drawn.does_count, cell_edges(drawn.along))
     if pretension is not None:
@@ -583,21 +559,6 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list
         if place is not None:
             panel.plot([place], [value], zorder=6, **_WINDOW_END)
     return [page]
-
-
-def _key_of_motion(drawn: OverMotion) -> list[Any]:
-    """Return the part of the key that is the same for all limits."""
-    window, at_place = drawn.works
-    label = f"thick: binds at that {drawn.word}"
-    key: list[Any] = [Line2D([], [], color=INK, linewidth=2.2, label=label)]
-    if len(drawn.samples):
-        dot: dict[str, Any] = {"marker": "o", "markersize": 3.0, "linestyle": ""}
-        key.append(Line2D([], [], color=INK, label="angle of the study", **dot))
-    key.append(Patch(facecolor="#8fbfe0", label=f"window: {window}"))
-    key.append(Patch(facecolor=_AT_PLACE, label=at_place))
-    if not drawn.does_count.all():
-        key.append(ends_key())
-    return key
 
 
 def _end_of_window(

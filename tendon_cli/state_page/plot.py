@@ -119,7 +119,7 @@ def draw_motor(
     limits = _limits_of(design, plan)
     curves = _curves_of(strokes, motion)
     view = _View.of(curves, limits)
-    with house_style():
+    with house_style(say.joint_name(plan.study)):
         key = [
             Line2D([], [], label=direction, **style)
             for direction, style in _DIRECTIONS.items()
@@ -150,7 +150,7 @@ def draw_motor(
             axes.set_ylabel("motor torque $\\tau_m$ (N m)")
         if motion is not None:
             panels[0].set_ylabel("torque (N m)")
-    return page.of_joint(plan.study).save(path, overwrite=overwrite)
+    return page.save(path, overwrite=overwrite)
 
 
 def _curves_of(strokes: Mapping[str, Stroke], motion: MotorMotion | None) -> Curves:

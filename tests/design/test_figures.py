@@ -82,7 +82,7 @@ def test_a_map_outlines_what_can_be_set_and_says_to_what_the_best_is_set():
     figure, texts = drawn(answer, "tolerance_map")
     panel = figure.axes[0]
     (outline,) = panel.findobj(lambda artist: artist.get_gid() == "settable")
-    ends = outline.get_path().vertices
+    ends = np.concatenate([path.vertices for path in outline.get_paths()])
     at = {}
     for column, axis in (("spring_stiffness", panel.xaxis), ("spool_ratio", panel.yaxis)):
         names = [label.get_text() for label in axis.get_ticklabels()]

@@ -19,6 +19,8 @@ from tendon_cli.studies.load import study_from
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import TableFiles, open_table
 
+EXACT = {"uncertainty": {"usual": False}}
+"""Nothing is drawn, so that an answer of which only names and windows are looked at comes fast."""
 LOADS = ["0 kg", "3 kg", "5 kg", "10 kg"]
 
 
@@ -108,6 +110,11 @@ def lines(axes: Any, gid: str = "curve") -> list[Any]:
 def by_gid(holder: Any, gid: str) -> list[Any]:
     """Return the artists of a figure or panel that have an identifier."""
     return list(holder.findobj(lambda artist: artist.get_gid() == gid))
+
+
+def covers(area: Any, across: float, up: float) -> bool:
+    """Return True if a point of a map lies in an area, or within a line around cells."""
+    return any(path.contains_point((across, up)) for path in area.get_paths())
 
 
 def words(figure: Any) -> str:

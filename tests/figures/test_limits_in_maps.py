@@ -161,7 +161,8 @@ def test_what_leaves_nothing_at_one_load_or_in_one_case_is_named(tmp_path: Path)
     figure = figure_of(designs(tmp_path / "cases", cases))
     assert "inside breaks min spool to tendon ≥ 50" in keys(figure)
     (outline,) = by_gid(panels(figure)[0], "min_spool_to_tendon")
-    ends = outline.get_path().vertices[:, 1]  # around the upper of two rows, of the first case
+    (path,) = outline.get_paths()
+    ends = path.vertices[:, 1]  # around the upper of two rows, of the first case
     assert (ends.min(), ends.max()) == (0.5, 1.5)
 
 

@@ -129,8 +129,9 @@ def test_designs_by_default_are_slack_maps_or_lines(run: Path, tmp_path: Path) -
     }
     files = designs(tmp_path / "map", content)
     assert len(panels(figure_of(files))) == 4
-    (map_panel,) = panels(figure_of(files, where=("load_mass = 3 kg", "pretension > 0 N")))
-    assert map_panel.get_title() == "3 kg load"
+    one_load = figure_of(files, where=("load_mass = 3 kg", "pretension > 0 N"))
+    assert "3 kg load" in words(one_load)
+    (map_panel,) = panels(one_load)
     assert map_panel.get_xlim() == (37.5, 337.5)  # whole cells
     quantities = ("max_tension", "max_spring_extension")
     over_pretension = figure_of(files, quantity=quantities, x="pretension")

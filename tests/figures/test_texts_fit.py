@@ -27,7 +27,7 @@ from tendon_cli.figures.style import house_style, named
 from tendon_cli.studies.figures import WIDTHS, figure_spec
 from tendon_cli.tables.read import open_table
 from tests.figures.measure import DRAWERS, capture, faults_of
-from tests.figures.runs import LOADS, grid
+from tests.figures.runs import EXACT, LOADS, grid
 
 ROOT = Path(__file__).parents[2]
 TITLE = (
@@ -218,7 +218,8 @@ def a_joint_with_a_long_name(folder: Path) -> None:
 @picture(*OF_ANSWERS, BETWEEN)
 def an_answer(folder: Path) -> None:
     """Draw the figures of an answer with a long title, read at the joint."""
-    answered({**GRID, "title": TITLE, "setting": {"read": "flexor at joint"}}, folder, "between")
+    study = {**GRID, **EXACT, "title": TITLE, "setting": {"read": "flexor at joint"}}
+    answered(study, folder, "between")
 
 
 @picture(
@@ -329,6 +330,7 @@ def pairs_of_parts(folder: Path) -> None:
         "load": {"mass": LOADS},
         "motion": ANGLES,
         "design": {"minimise": ["price"], "maximise": ["tolerance_length"]},
+        **EXACT,
     }
     answered(study, folder)
 
@@ -380,7 +382,8 @@ def an_answer_for_a_sample(folder: Path) -> None:
         "tendon.diameter": "1 mm to 2 mm",
     }
     table = {"name": "sample", "sample": "sobol", "count": 64, "seed": 1, "between": between}
-    answered({"table": [table], "load": {"mass": ["0 kg", "10 kg"]}, "motion": ANGLES}, folder)
+    loads = {"load": {"mass": ["0 kg", "10 kg"]}}
+    answered({"table": [table], **loads, "motion": ANGLES, **EXACT}, folder)
 
 
 @picture(*OF_ANSWERS, TRADE_OFF, is_quick=False)
@@ -529,8 +532,9 @@ def a_fit_to_a_suit(folder: Path) -> None:
 )
 def comparisons(folder: Path) -> None:
     """Draw answers and runs with long names side by side."""
-    study = {"name": "suit", **GRID}
-    less = {"name": "suit", **GRID, "limits": {"max_tension": "400 N"}}
+    few = {"uncertainty": {"draws": 16}, "design": {"verify": 200}}
+    study = {"name": "suit", **GRID, **few}
+    less = {**study, "limits": {"max_tension": "400 N"}}
     first = tendon.design(study, folder / "A suit with a rather long name, the first of March 2025")
     compared = tendon.compare(first, tendon.design(less, folder / "v2"))
     write_comparison(compared, folder / "page.html")

@@ -198,19 +198,6 @@ def test_an_axis_of_pure_numbers_has_their_name(tmp_path: Path) -> None:
     assert labels == ["efficiency", "slack fraction", "power (W)", "unstable fraction"]
 
 
-def test_panels_that_repeat_are_drawn_once(run: TableFiles, tmp_path: Path) -> None:
-    arms = figure_of(run, quantity="flexor_moment_arm", panels="pretension")
-    assert len(panels(arms)) == 1
-    assert "The same picture for F₀ = 100 N, F₀ = 200 N." in words(arms)
-    content = {
-        "tendon": PRETENSION,
-        "spool": {"ratio": [0.7, 1.0], "flexor_radius": ["30 mm", "40 mm"]},
-    }
-    maps = figure_of(designs(tmp_path / "run", content))
-    assert len(panels(maps)) == 1
-    assert "The same picture for $R_{f}$ = 30 mm, $R_{f}$ = 40 mm." in words(maps)
-
-
 # --- Maps -----------------------------------------------------------------------------------------
 
 FORCES = np.linspace(20.0, 260.0, 13)
