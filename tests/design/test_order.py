@@ -39,7 +39,7 @@ TIED = {
     # that is advised, so that its widths tie in everything.
     "arm": {"contact_width": ["220 mm", "200 mm", "210 mm"]},
 }
-PEOPLE = {**SUITS, "people": {"count": 8}}
+PEOPLE = {**SUITS, "people": {"count": 4}}
 OPEN = {**SUITS, "joint": NO_UPPER_END}
 ACCURACY = 2e-3
 """Accuracy of setting by default, m."""

@@ -17,6 +17,7 @@ ALL_POINTS = True
 DRAWS_USUAL = True
 
 
+@pytest.mark.usefixtures("blank_figures")  # `make docs` draws those that pages show
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_a_page_prints_what_it_says(page, tmp_path):
     assert run_page(page.read_text(encoding="utf-8"), tmp_path) == []
