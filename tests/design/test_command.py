@@ -97,15 +97,6 @@ def test_a_damaged_answer_is_repaired_to_the_same_bytes(
     assert "up to date" in tendon(*words).out
 
 
-@pytest.mark.usefixtures("blank_figures")
-def test_to_plot_the_folder_of_an_answer_draws_its_figures_again(tendon, study, workplace):
-    assert tendon("design", study(CATALOGUE), "--out", "out").exit == 0
-    plotted = tendon("plot", "out")
-    assert plotted.exit == 0
-    assert "suit-window.png" in plotted.out.split()
-    assert tendon("plot", "out", "--between").exit == 0
-
-
 RECORDS = {"sweep": "run.json", "design": "design.json"}
 
 
