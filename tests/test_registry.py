@@ -86,7 +86,7 @@ def test_a_third_verb_is_resumed_and_no_other_takes_its_folder(weighing):
 
 def test_tables_of_a_third_verb_are_shown_exported_checked_and_reported(weighing, workplace):
     _, shown, heavy, exported, checked, reported = weighing(
-        "weigh study.toml --out run",
+        "weigh study.toml --out run --no-figures",
         "show run --json",
         "show run --where 'load_weight > 20 N' --json",
         "export run weights.csv",
@@ -106,7 +106,7 @@ def test_tables_of_a_third_verb_are_shown_exported_checked_and_reported(weighing
 
 
 def test_words_of_a_third_verb_are_completed(weighing):
-    weighing("weigh study.toml --out run")
+    weighing("weigh study.toml --out run --no-figures")
     offered = {
         "tendon we": "weigh",
         "tendon show run --table ": "weights",
@@ -118,7 +118,7 @@ def test_words_of_a_third_verb_are_completed(weighing):
 
 
 def test_a_result_of_a_third_verb_is_opened_and_drawn(weighing, workplace, monkeypatch):
-    weighing("weigh study.toml --out run")
+    weighing("weigh study.toml --out run --no-figures")
     monkeypatch.setattr(registry, "KINDS", (*registry.KINDS, "tests.weigh.WEIGH"))
     result = tendon_cli.open("run")
     assert result.text == "3 loads, the heaviest weighs 39.2 N"

@@ -14,6 +14,11 @@ file = "persons.csv"
 torque = "joint.csv"
 [load]
 mass = ["1 kg", "2 kg"]
+[uncertainty]
+usual = false
+draws = 8
+[design]
+verify = 100
 """
 WORDS = (
     ("state", "study.toml"),

@@ -147,8 +147,13 @@ main()
 """
 PLOT = ("plot", "run", "-y", "max_tension", "--out", "f.png")
 REPORT = ("report", "run")
-SIGNALS = [(PLOT, signal.SIGINT), (REPORT, signal.SIGTERM), (REPORT, signal.SIGHUP)]
-MORE_SIGNALS = [(REPORT, signal.SIGINT), (PLOT, signal.SIGTERM), (PLOT, signal.SIGHUP)]
+SIGNALS = [(PLOT, signal.SIGINT), (REPORT, signal.SIGTERM)]
+MORE_SIGNALS = [
+    (REPORT, signal.SIGHUP),
+    (REPORT, signal.SIGINT),
+    (PLOT, signal.SIGTERM),
+    (PLOT, signal.SIGHUP),
+]
 
 
 @pytest.mark.parametrize(("words", "number"), quick_and_torture(SIGNALS, MORE_SIGNALS))

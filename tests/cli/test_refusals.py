@@ -134,6 +134,9 @@ def examples(tmp_path_factory, configs):
     return folder
 
 
+pytestmark = pytest.mark.usefixtures("blank_figures")
+
+
 def contents():
     """Return the bytes of every file of the working directory by path, None for a folder."""
     return {path: path.read_bytes() if path.is_file() else None for path in Path().rglob("*")}

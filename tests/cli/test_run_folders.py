@@ -23,13 +23,13 @@ from tests.sampled import check_all
 
 STUDY = """
 [tendon]
-pretension = { from = "60 N", to = "240 N", num = 10 }
+pretension = { from = "60 N", to = "240 N", num = 4 }
 [load]
 mass = ["0 kg", "5 kg"]
 [motion]
 elbow_angle = ["10 deg", "50 deg", "80 deg"]
 """
-SEVERAL = 12  # states of a part, so that the study has ten parts
+SEVERAL = 12  # states of a part, so that the study has four parts
 ONE = 2**19  # states of a part, so that the study has one part
 WITH_EVERY_OPTION = pytest.mark.parametrize(
     "words", [(), ("--resume",), ("--overwrite",)], ids=" ".join
@@ -38,7 +38,7 @@ WITH_EVERY_OPTION = pytest.mark.parametrize(
 
 @pytest.fixture
 def sweep(tendon, write_study, small_parts, blank_figures):
-    """Return a function that sweeps a study of ten parts into the folder `run`, with figures."""
+    """Return a function that sweeps a study of four parts into the folder `run`, with figures."""
     write_study(STUDY)
     small_parts(SEVERAL)
 
@@ -333,7 +333,7 @@ def test_a_strangers_part_that_comes_meanwhile_stays_and_the_run_is_not_finished
     assert is_refused(run("--resume", "--json"))
     assert late.read_bytes() == b"mine"
     late.unlink()
-    assert run("--resume", "--json").json["resumed_parts"] == 10
+    assert run("--resume", "--json").json["resumed_parts"] == 4
 
 
 def test_parts_of_another_study_are_replaced_only_where_a_run_was(run, small_parts):

@@ -3,7 +3,6 @@
 import io
 import json
 import re
-import shlex
 import tomllib
 from pathlib import Path
 
@@ -15,7 +14,6 @@ from tendon_cli.studies.load import load_study
 from tendon_cli.studies.starter import TEMPLATES, starter
 from tendon_cli.studies.study_file import read_yaml
 from tests.cli.conftest import set_options
-from tests.sampled import quick_and_torture
 
 ROOT = Path(__file__).parents[2]
 STUDY = '[load]\nmass = ["0 kg", "5 kg"]\n'
@@ -79,22 +77,6 @@ def test_the_tutorial_ends_with_the_starter_of_one_elbow():
     assert in_tutorial["sheath"].pop("friction_from") == "friction.toml"
     del written["sheath"]["friction"]
     assert in_tutorial == written
-
-
-NAMES = ("parts.toml", "suit_log.csv", "suit/suit.toml", "raw_log.csv")
-
-
-@pytest.mark.parametrize("name", quick_and_torture(["suit.toml"], NAMES))
-def test_what_init_says_next_can_be_typed(tendon, workplace, name):
-    """Each command after "next:" runs as it stands, in a folder that holds nothing else."""
-    written = tendon("init", "--from", name)
-    _, _, said = written.out.strip().partition("next: ")
-    commands = said.split(" && ")
-    for command in commands:
-        program, *words = shlex.split(command)
-        assert program == "tendon"
-        ran = tendon(*words)
-        assert ran.exit == 0, ran.err
 
 
 @pytest.mark.parametrize("name", ["suit", "suit.toml"])

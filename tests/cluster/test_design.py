@@ -28,7 +28,7 @@ maximise = ["tolerance"]
 """20 choices of 40 conditions: four parts."""
 STUDY = SUIT + "[uncertainty]\nusual = false\n"
 
-FEWER_LOADS = SUIT.replace('"3 kg", num = 40 }', '"1 kg", num = 4 }')
+FEWER_LOADS = SUIT.replace("num = 4 }", "num = 2 }").replace('"3 kg", num = 40', '"1 kg", num = 4')
 PERSONS = FEWER_LOADS + "[people]\ncount = 20\n[uncertainty]\nusual = false\n"
 UNCERTAIN = """
 draws = 8
@@ -42,7 +42,7 @@ STUDIES = {
     "persons times draws": PERSONS.replace("count = 20", "count = 5") + UNCERTAIN,
     "draws": FEWER_LOADS + "verify = 100\n[uncertainty]\ndraws = 32\n",
 }
-"""20 choices of 80 to 160 conditions each, the last with usual deviations."""
+"""10 choices of 80 to 160 conditions each, the last with usual deviations."""
 
 DESIGN = ("design", "suit.toml", "--no-figures", "--json")
 

@@ -300,12 +300,6 @@ def test_a_rigid_spring_of_a_list_has_the_sensitivities_that_it_has_alone():
 # --- Text and notes -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("content", [PAPER, {**PAPER, **CATALOGUE}], ids=str)
-def test_lines_of_100_characters_hold_the_whole_answer(content):
-    lines = answered(content).text.splitlines()
-    assert max(map(len, lines)) <= 100
-
-
 UNCERTAIN = {"sheath": {"friction": {"value": 0.07, "tolerance": "10 %"}}}
 DRAWN = {"uncertainty": {"draws": 4}}
 NOT_DRAWN = {"uncertainty": {"draws": 0}}

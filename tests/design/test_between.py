@@ -567,7 +567,7 @@ def along_trajectories(seed, numbers):
 
 
 def test_the_samples_of_a_trajectory_do_not_miss_more_than_is_estimated():
-    assert check_estimates(along_trajectories(6, [0, 4, 15])) > 1
+    assert check_estimates(along_trajectories(6, [0, 4])) > 1
 
 
 def test_an_estimate_covers_an_end_that_jumps_with_the_density_of_samples():

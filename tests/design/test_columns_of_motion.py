@@ -8,6 +8,7 @@ import tendon_cli as tendon
 from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES
 from tendon_cli.windows import question
 from tendon_cli.windows.solver import Solver
+from tests.answers import answered
 
 TIME = np.linspace(0.0, 2.0, 41)
 MOTION = {
@@ -41,7 +42,7 @@ def swept(content, choice):
 @pytest.mark.parametrize("motion", [MOTION, REACH], ids=["speed", "trajectory"])
 def test_a_choice_has_the_worst_of_what_its_designs_have(motion):
     content = {**SUIT, "motion": motion}
-    answer = tendon.design(content, jobs=1)
+    answer = answered(content)
     columns = OF_CYCLES if motion is MOTION else (*OF_CYCLES, *OF_TRAJECTORIES)
     assert answer.choices["feasible"].all()
     for _, choice in answer.choices.iterrows():
@@ -69,7 +70,7 @@ def test_a_condition_that_is_not_served_does_not_count():
 
 @pytest.mark.parametrize("goal", ["friction_loss", "spool_travel", "max_backlash"])
 def test_a_goal_may_be_a_column_of_motion(goal):
-    choices = tendon.design(SUIT, jobs=1).choices
+    choices = answered(SUIT).choices
     best = tendon.design({**SUIT, "design": {"minimise": goal}}, jobs=1).record["best"]
     assert best["choice"] == choices[goal].idxmin()
     worst = tendon.design({**SUIT, "design": {"maximise": goal}}, jobs=1).record["best"]
@@ -94,7 +95,7 @@ def test_a_goal_that_is_null_in_all_choices_is_refused(goal, motion, words):
 def test_what_takes_too_long_for_all_choices_is_told_and_known_of_the_best_and_of_goals(
     monkeypatch,
 ):
-    whole = tendon.design(SUIT, jobs=1)
+    whole = answered(SUIT)
     assert not any("take too long" in note for note in whole.record["notes"])
     monkeypatch.setattr(question, "_STATES_WITH_MOTION", 2 * 182)
     few = tendon.design(SUIT, jobs=1)

@@ -69,40 +69,32 @@ def test_a_signal_while_an_answer_is_worked_out_ends_with_its_code(
 ONE_SUIT = '[spring]\nstiffness = "5 kN/m"\n[spool]\nratio = 0.6\n[load]\nmass = "3 kg"\n'
 PEOPLE = ONE_SUIT + "[people]\ncount = 8\n"
 DRAWS = ONE_SUIT + "[sheath]\nfriction = { mean = 0.07, std = 0.005 }\n[uncertainty]\ndraws = 8\n"
+PARTS = [f"choices.parquet/part-0000{number}.parquet" for number in (0, 5)]
 TO_REPAIR = [
-    (RANGES, "choices.parquet/part-00000.parquet"),
-    (CATALOGUE, "choices.parquet"),
-    (RANGES, "conditions.parquet"),
-    (RANGES, "choices.parquet/part-00005.parquet"),
-    (PEOPLE, "persons.parquet"),
-    (DRAWS, "draws.parquet"),
+    (RANGES, [*PARTS, "conditions.parquet"]),
+    (CATALOGUE, ["choices.parquet"]),
+    (PEOPLE, ["persons.parquet"]),
+    (DRAWS, ["draws.parquet"]),
 ]
 
 
 @pytest.mark.parametrize(
-    ("text", "name"), TO_REPAIR, ids=lambda value: value if len(value) < 50 else ""
+    ("text", "names"), TO_REPAIR, ids=["ranges", "catalogue", "people", "draws"]
 )
 def test_a_damaged_answer_is_repaired_to_the_same_bytes(
-    tendon, study, workplace, monkeypatch, hashes_in, text, name
+    tendon, study, workplace, monkeypatch, hashes_in, text, names
 ):
     monkeypatch.setattr(choices_module, "CHOICES_PER_PART", 9)
     file = study(f'{text}[design]\nmaximise = ["tolerance"]\nminimise = ["max_tension"]\n')
     words = ("design", file, "--no-figures", "--out", "out")
     assert tendon(*words).exit in (0, 4)  # 4: a fresh sample may refute what few persons chose
     before = hashes_in(workplace / "out")
-    (workplace / "out" / name).write_bytes(b"x")
-    assert tendon(*words).exit == 7
-    assert tendon(*words, "--resume", "--json").json["repaired"] == [name]
-    assert hashes_in(workplace / "out") == before
+    for name in names:
+        (workplace / "out" / name).write_bytes(b"x")
+        assert tendon(*words).exit == 7
+        assert tendon(*words, "--resume", "--json").json["repaired"] == [name]
+        assert hashes_in(workplace / "out") == before
     assert "up to date" in tendon(*words).out
-
-
-def test_to_plot_the_folder_of_an_answer_draws_its_figures_again(tendon, study, workplace):
-    assert tendon("design", study(CATALOGUE), "--out", "out").exit == 0
-    plotted = tendon("plot", "out")
-    assert plotted.exit == 0
-    assert "suit-window.png" in plotted.out.split()
-    assert tendon("plot", "out", "--between").exit == 0
 
 
 RECORDS = {"sweep": "run.json", "design": "design.json"}
@@ -119,6 +111,7 @@ def test_an_answer_and_a_run_do_not_take_each_others_folder(tendon, study, workp
         assert not (workplace / first / RECORDS[first]).exists()
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_missing_figures_are_drawn_and_nothing_is_solved(tendon, study, workplace, monkeypatch):
     file = study(CATALOGUE)
     before = tendon("design", file, "--no-figures", "--out", "out", "--json").json

@@ -1,5 +1,7 @@
 """Every figure in the folder of an answer says which study it is of."""
 
+import pytest
+
 import tendon_cli as tendon
 from tendon_cli.files import study_hash_in
 
@@ -7,11 +9,12 @@ QUESTION = {
     "spring": {"stiffness": ["3 kN/m", "5 kN/m"]},
     "spool": {"ratio": [0.5, 0.6]},
     "motion": {"elbow_angle": ["0 deg", "45 deg", "90 deg"]},
-    "people": {"count": 20},
+    "people": {"count": 8},
     "design": {"maximise": ["tolerance", "served"]},
 }
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_every_figure_of_an_answer_carries_the_hash_of_its_study(tmp_path):
     answer = tendon.design(QUESTION, tmp_path / "answer", figures=True)
     names = {file.name for file in answer.folder.glob("*.png")}
@@ -22,6 +25,7 @@ def test_every_figure_of_an_answer_carries_the_hash_of_its_study(tmp_path):
             assert study_hash_in(file) == answer.record["study_hash"], name
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_every_figure_of_a_run_does_in_each_format(tmp_path):
     figure = {"name": "torque", "quantity": "motor_torque", "format": ["png", "svg", "pdf"]}
     study = {"tendon": {"pretension": ["60 N", "120 N"]}, "figure": [figure]}

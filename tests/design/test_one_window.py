@@ -31,6 +31,8 @@ def at_the_angles_of_an_answer(study):
     first, last = np.degrees([study.angles.min(), study.angles.max()]).tolist()
     grid = {"from": f"{first!r} deg", "to": f"{last!r} deg", "num": ANGLES}
     changes = {"motion.elbow_angle": grid, "tendon.pretension": "100 N", "uncertainty.usual": False}
+    if study.people is not None:
+        changes["people.count"] = 20
     return study.vary(**changes, **{"setting.read": study.setting.read})
 
 

@@ -1,9 +1,7 @@
-"""The pages print what they say: every snippet of every page is run, and every notebook."""
+"""The pages print what they say: every snippet of every page is run."""
 
-import json
 from pathlib import Path
 
-import matplotlib as mpl
 import pytest
 
 from docs.refresh import with_gaps
@@ -11,29 +9,15 @@ from docs.snippets import matches, run_page
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
 JUDGED_BY_ALL = True
 ALL_POINTS = True
 DRAWS_USUAL = True
 
 
+@pytest.mark.usefixtures("blank_figures")  # `make docs` draws those that pages show
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_a_page_prints_what_it_says(page, tmp_path):
     assert run_page(page.read_text(encoding="utf-8"), tmp_path) == []
-
-
-@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda notebook: notebook.stem)
-def test_a_notebook_runs_from_its_first_cell_to_its_last(notebook, workplace, monkeypatch):
-    from matplotlib import pyplot as plt
-
-    monkeypatch.setattr(plt, "show", plt.close)
-    cells = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
-    code = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
-    session = {"__name__": "__main__"}
-    with mpl.rc_context({"backend": "agg"}):
-        for cell in code:
-            exec(cell, session)  # noqa: S102 - our own pages
-    assert code
 
 
 @pytest.mark.parametrize(

@@ -260,7 +260,7 @@ REFUTED = {"spring": {"stiffness": [4.1e3, 4.2e3]}, "spool": {"ratio": [0.5, 0.5
 def too_few():
     """Return an answer of which no choice serves enough."""
     unadvised = {"design": {"advice": False}}
-    judged = people(300, verify=JUDGES)
+    judged = people(200, verify=JUDGES)
     return tendon.design(study_of(judged, LOADS, REFUTED, unadvised))
 
 
@@ -296,7 +296,7 @@ def test_what_is_said_to_help_does_so_at_the_pretension_that_is_printed(too_few)
         }
         table, name = key.split(".")
         value = [0.0, change["after"]] if key == "load.mass" else change["after"]
-        judged = people(300, verify=JUDGES)
+        judged = people(200, verify=JUDGES)
         study = study_of(judged, LOADS, chosen, {table: {name: value}})
         solver = Solver(question_of(study))
         points = solver.question.all_points()

@@ -51,6 +51,12 @@ def test_a_series_encloses_the_function_and_its_derivatives_over_each_cell(name)
             assert (np.abs(expected - value) <= radius + rounding).all(), order
 
 
+def test_a_number_of_a_box_encloses_its_interval():
+    middle, radius = Series.number(np.array([3.0]), np.array([0.5]), np.array([1.0]), 0).value
+    assert middle - radius <= 2.5
+    assert middle + radius >= 3.5
+
+
 def test_what_may_be_divided_by_zero_has_no_bound():
     with np.errstate(invalid="ignore"):
         terms = (1.0 / Series.variable(np.array([0.1]), np.array(0.2), 2)).terms

@@ -88,4 +88,4 @@ def test_no_share_of_conditions_is_asked_for(key, design):
     assert caught.value.exit == 2
     for whom in ({"people": {"count": 2}}, DRAWN):
         assert question_of(tendon.study({**content, **whom})).conditions.groups is not None
-    tendon.design({**content, "design": {"serve": 1.0}})
+    question_of(tendon.study({**content, "design": {"serve": 1.0}}))

@@ -12,6 +12,7 @@ elbow_angle = { from = "0 deg", to = "90 deg", num = 7 }
 """
 
 
+@pytest.mark.usefixtures("blank_figures")
 @pytest.mark.parametrize("command", ["sweep", "design"])
 def test_a_page_of_earlier_results_is_named(tendon, workplace, command):
     (workplace / "study.toml").write_text(STUDY, encoding="utf-8")

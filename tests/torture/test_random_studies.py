@@ -29,7 +29,7 @@ NOT_STATED = {
 """Keys of records, of a file of statistics, which is large, and of fits to logs."""
 
 
-@pytest.mark.parametrize(("first", "cases"), quick_and_torture([(3004, 2)], [(3000, 10), *SHARES]))
+@pytest.mark.parametrize(("first", "cases"), quick_and_torture([(3004, 1)], [(3000, 10), *SHARES]))
 def test_valid_studies_by_chance_are_answered_and_what_is_said_of_them_is_true(
     tmp_path, first, cases
 ):

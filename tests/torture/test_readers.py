@@ -44,6 +44,7 @@ def harm_after_writing(harm, table, patch):
 CASES = [(flip, "designs"), (flip, "states"), (truncate, "designs"), (truncate, "states")]
 
 
+@pytest.mark.usefixtures("blank_figures")
 @pytest.mark.parametrize(("harm", "table"), quick_and_torture(CASES[:1], CASES[1:]))
 def test_figures_are_not_drawn_from_a_harmed_table(
     tendon, place, monkeypatch, small_parts, harm, table
