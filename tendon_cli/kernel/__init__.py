@@ -176,8 +176,7 @@ def fold_window(
         first: Number of the block's first elbow angle in each direction.
         angles: Number of elbow angles in each direction, by default those of the block.
     """
-    sides = {side: replace(getattr(at.design, side), pretension=0.0) for side in SIDES}
-    at = replace(at, design=replace(at.design, **sides))
+    at = replace(at, design=at.design.with_pretension(0.0))
     total = angles or shape[-1]
     code = native()
     chosen = kind()

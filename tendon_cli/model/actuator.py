@@ -342,10 +342,7 @@ def at_pretension(state: State, pretension: Real) -> State:
         state: The states.
         pretension: Pretension of flexor and extensor, N.
     """
-    design = state.design
-    flexor = replace(design.flexor, pretension=pretension)
-    extensor = replace(design.extensor, pretension=pretension)
-    changed = replace(state, design=replace(design, flexor=flexor, extensor=extensor))
+    changed = replace(state, design=state.design.with_pretension(pretension))
     for name in _WITHOUT_PRETENSION:
         vars(changed)[name] = getattr(state, name)
     return changed

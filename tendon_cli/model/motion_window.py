@@ -18,15 +18,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.design import Design, shape_of
+from tendon_cli.model.design import Design, map_arrays, shape_of
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING, POWER, PRETENSION, Codes
 from tendon_cli.model.motor import select_points
-from tendon_cli.model.moving import Moving, motion_columns
+from tendon_cli.model.moving import Moving, peak_power
 from tendon_cli.model.sliding import with_neighbours
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.model.window import Window, broken_by_design, ceiling, ends_of_states
-from tendon_cli.quantities import SIDES
 
 OF_WHAT_HOLDS = ("min_elbow_stiffness", "peak_motor_speed")
 """Limits for which only the states that hold count, also where the tendons turn."""
@@ -72,9 +71,8 @@ def window_along(design: Design, trajectory: Trajectory, bounds: Bounds) -> Wind
     count = math.prod(shape)
     places = np.unravel_index(np.arange(count), shape or (1,))
     # A pretension of each, so that some of them can be selected whatever else they share.
-    unset = np.zeros(flat_shape)
-    sides = {name: replace(getattr(design, name), pretension=unset) for name in SIDES}
-    flat = select_points(replace(design, **sides), flat_shape, places)
+    unset = design.with_pretension(np.zeros(flat_shape))
+    flat = select_points(unset, flat_shape, places)
     largest = np.broadcast_to(over_design[0], flat_shape).ravel()
     broken = np.broadcast_to(over_design[1], flat_shape).ravel()
     search = Search(flat, trajectory, _flat_bounds(bounds, flat_shape), largest)
@@ -109,7 +107,8 @@ def _within_the_design(found: Window, largest: Array, broken: Codes) -> Window:
     )
 
 
-class Tightest(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Tightest:
     """Tightest ends of the states that count at a pretension, (tried,) each."""
 
     low: Array
@@ -124,17 +123,6 @@ class Tightest(NamedTuple):
     """State that allows no more."""
     high_by: Codes
     """Limit that allows no more."""
-
-    def select(self, rows: Rows | Flags) -> Tightest:
-        """Select the ends of some that were tried."""
-        return Tightest(
-            self.low[rows],
-            self.low_state[rows],
-            self.low_by[rows],
-            self.high[rows],
-            self.high_state[rows],
-            self.high_by[rows],
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,22 +155,14 @@ class Tried:
 
     def select(self, rows: Rows | Flags) -> Tried:
         """Select some of them."""
-        counts = tuple(flags[rows] for flags in self.counts)
-        tight = self.tight.select(rows)
-        return Tried(self.design[rows], self.pretension[rows], tight, self.power[rows], counts)
+        selected: Tried = map_arrays(self, lambda values: values[rows])
+        return selected
 
     @classmethod
-    def concatenate(cls, parts: list[Tried]) -> Tried:
+    def concatenate(cls, first: Tried, *others: Tried) -> Tried:
         """Concatenate several of them."""
-        counts = zip(*(part.counts for part in parts), strict=True)
-        tight = zip(*(part.tight for part in parts), strict=True)
-        return cls(
-            np.concatenate([part.design for part in parts]),
-            np.concatenate([part.pretension for part in parts]),
-            Tightest(*(np.concatenate(values) for values in tight)),
-            np.concatenate([part.power for part in parts]),
-            tuple(np.concatenate(flags) for flags in counts),
-        )
+        joined: Tried = map_arrays(first, lambda *values: np.concatenate(values), *others)
+        return joined
 
 
 class CandidateEnds(NamedTuple):
@@ -308,7 +288,7 @@ class Search:
             counts = self._counts(moving)
             tight = self._tightest(rows, counts)
             parts.append(Tried(rows, pretension, tight, self._power_excess(rows, moving), counts))
-        return Tried.concatenate(parts)
+        return Tried.concatenate(*parts)
 
     def _all_tried(self) -> Tried:
         """Try pretensions until their order is known, by design and then by pretension."""
@@ -335,9 +315,9 @@ class Search:
             above = above.select(is_unclear)
             between = self._try(below.design, _between(below, above, is_aimed=attempt % 3 != 2))
             known.append(replace(between, counts=()))
-            below = Tried.concatenate([below, between])
-            above = Tried.concatenate([between, above])
-        every = Tried.concatenate(known)
+            below = Tried.concatenate(below, between)
+            above = Tried.concatenate(between, above)
+        every = Tried.concatenate(*known)
         return every.select(np.lexsort((every.pretension, every.design)))
 
     def _range(self) -> tuple[Array, Array]:
@@ -498,11 +478,9 @@ class Search:
         """
         if not self.bounds.asks_power:
             return np.full(len(designs), -np.inf)
-        name = LIMIT_NAMES[POWER]
-        bound = np.asarray(self.bounds[name])
+        bound = np.asarray(self.bounds[LIMIT_NAMES[POWER]])
         of_designs = bound.reshape(-1)[designs] if bound.size > 1 else bound.reshape(-1)
-        power = motion_columns(moving, [name])[name]
-        share = (power - of_designs) / np.maximum(of_designs, _TINY)
+        share = (peak_power(moving) - of_designs) / np.maximum(of_designs, _TINY)
         return np.where(np.isnan(share), -np.inf, share)
 
     def _states_of_most_power(self, designs: Rows, pretension: Array) -> Rows:
