@@ -35,8 +35,7 @@ from tendon_cli.model import window
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import SHARES, Bounds, bounded_forms
 from tendon_cli.model.extremes import Extremes, begin, fold, merge_tensions
-from tendon_cli.model.forms import is_nothing
-from tendon_cli.model.kinematics import Array, Real
+from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import spring_room
 from tendon_cli.quantities import SIDES
 
@@ -211,28 +210,18 @@ def _bound_inputs(
     }
     forms = []
     for bounded in bounded_forms(at, bounds):
-        shares = {share: getattr(bounded.form, share) for share in SHARES}
         both_ends = {end: getattr(bounded, end) for end in _UNBOUNDED}
         ends = {end: bound for end, bound in both_ends.items() if bound is not None}
-        single = _single_share(shares)
-        if single is None:
+        if not bounded.alone:
+            shares = {share: getattr(bounded.form, share) for share in SHARES}
             values = shares | _UNBOUNDED | ends
             forms.append({name: _as_input(value) for name, value in values.items()})
             continue
         for end, bound in ends.items():
-            name = f"{single}_{end}"
+            name = f"{bounded.alone}_{end}"
             tighter = np.maximum if end == "least" else np.minimum
             alone[name] = _as_input(tighter(alone[name], bound))
     return alone, tuple(forms)
-
-
-def _single_share(shares: Mapping[str, Real]) -> str | None:
-    """Return the name of the only share of a form if it is the number 1.0, else None."""
-    present = [name for name, value in shares.items() if not is_nothing(value)]
-    if len(present) != 1:
-        return None
-    value = shares[present[0]]
-    return present[0] if isinstance(value, float) and value == 1.0 else None
 
 
 def _as_input(value: npt.ArrayLike) -> Array:
