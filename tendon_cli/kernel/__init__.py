@@ -69,16 +69,9 @@ def native() -> Native | None:
     return code if code.version == VERSION else None
 
 
-@cache
-def kind() -> str | None:
-    """Return the kind of processor whose code is used, or None if NumPy does all."""
-    code = native()
-    return code.kinds[-1] if code else None
-
-
 def missing_compiler_hint() -> str | None:
     """Return a hint for users who have no compiled code and did not ask for that, else None."""
-    if kind() is not None or os.environ.get(NO_COMPILED_VARIABLE):
+    if native() is not None or os.environ.get(NO_COMPILED_VARIABLE):
         return None
     return (
         "NumPy did it all, several times slower than compiled code: "
@@ -99,8 +92,7 @@ def row_writer(at: State, shape: tuple[int, ...], keys: Columns) -> RowWriter:
             shape and have the types of the columns to be written.
     """
     code = native()
-    chosen = kind()
-    if code is None or chosen is None:
+    if code is None:
         return columns_writer({**keys, "status": at.status, **at.columns()}, shape)
     given = _given(at)
     known = {*keys, "status", *code.results}
@@ -109,7 +101,7 @@ def row_writer(at: State, shape: tuple[int, ...], keys: Columns) -> RowWriter:
 
     def write(columns: Columns, rows: range) -> Collection[str]:
         wanted = {name: values for name, values in key_values.items() if name in columns}
-        with_nan = code.rows(chosen, shape, given, wanted, columns, rows.start, len(rows))
+        with_nan = code.rows(shape, given, wanted, columns, rows.start, len(rows))
         others = {name: values for name, values in columns.items() if name not in known}
         if others:
             columns_writer(at.columns(others), shape)(others, rows)
@@ -129,11 +121,10 @@ def fold_extremes(folded: Extremes, at: State, elbow_angle: Array, shape: tuple[
         shape: Lengths of the designs' axes, directions and angles.
     """
     code = native()
-    chosen = kind()
-    if code is None or chosen is None:
+    if code is None:
         fold(folded, at, elbow_angle)
     else:
-        code.extremes(chosen, shape, _given(at), np.ascontiguousarray(elbow_angle), folded)
+        code.extremes(shape, _given(at), np.ascontiguousarray(elbow_angle), folded)
 
 
 def fold_motion(folded: Extremes, moving: Moving) -> None:
@@ -178,8 +169,7 @@ def fold_window(
     at = replace(at, design=at.design.with_pretension(0.0))
     total = angles or shape[-1]
     code = native()
-    chosen = kind()
-    if code is None or chosen is None:
+    if code is None:
         directions = np.arange(shape[-2])[:, np.newaxis]
         states = directions * total + first + np.arange(shape[-1])
         window.fold(folded, at, bounds, states)
@@ -189,7 +179,7 @@ def fold_window(
     # Compiled code takes only so many forms at once; the tightest end is the same in any order.
     for start in range(0, max(1, len(forms)), code.most_forms):
         some_forms = forms[start : start + code.most_forms]
-        code.window(chosen, shape, given, alone, some_forms, folded, first, total)
+        code.window(shape, given, alone, some_forms, folded, first, total)
 
 
 _UNBOUNDED = {"least": -np.inf, "most": np.inf}
