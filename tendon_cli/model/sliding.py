@@ -247,10 +247,10 @@ def against(speeds: list[tuple[Array, Flags]], flexion: Flags) -> Flags:
 
 
 def with_neighbours(flags: Flags) -> Flags:
-    """Return flags with those of the samples before and after each, (N, K)."""
+    """Return flags with those of the samples before and after each, (..., K)."""
     widened = flags.copy()
-    widened[:, 1:] |= flags[:, :-1]
-    widened[:, :-1] |= flags[:, 1:]
+    widened[..., 1:] |= flags[..., :-1]
+    widened[..., :-1] |= flags[..., 1:]
     return widened
 
 
