@@ -188,14 +188,8 @@ class State:
     @cached_property
     def balance(self) -> Balance:
         """Distal tensions and slack sides."""
-        design = self.design
-        return statics.solve(
-            self.coupling,
-            design.flexor.pretension,
-            design.extensor.pretension,
-            unilateral=design.unilateral,
-            response=self.response,
-        )
+        sides = (self.design.flexor.pretension, self.design.extensor.pretension)
+        return Balance(self.coupling, self.response, self.coupling.common_pretension(*sides))
 
     @property
     def flexor_tension_proximal(self) -> Array:

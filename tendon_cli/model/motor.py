@@ -51,10 +51,8 @@ class MotorRates:
     """dα/dθ."""
     power: Array
     """τ_m dα/dθ, N m."""
-    stored: Array
-    """U, elastic energy of both tendons and springs, J."""
     storage_rate: Array
-    """dU/dθ, N m."""
+    """dU/dθ, with U the elastic energy of both tendons and springs, N m."""
     friction: Array
     """dW/dθ by the work of friction along both sheaths, N m: below 0 in extension, where θ
     falls."""
@@ -179,8 +177,6 @@ def motor_rates(state: State, rates: TendonRates | None = None) -> MotorRates:
         spool_angle=spool_from_unstretched(state),
         spool_speed=rates.winding / state.design.flexor_radius,
         power=motor_power(state, rates),
-        stored=0.5
-        * (state.flexor.energy_compliance * x * x + state.extensor.energy_compliance * y * y),
         storage_rate=flexor_storing + extensor_storing,
         friction=flexor_friction + extensor_friction,
     )

@@ -145,8 +145,9 @@ def finish(folded: Extremes, design: Design, bounds: Bounds) -> Ends:
     """Return the ends, from the tightest over all states and from what holds for whole designs."""
     is_broken = drop_state_axes(broken_by_design(design, bounds)) != NOTHING
     largest = drop_state_axes(ceiling(design, bounds))
-    low, high = pretensions(folded, design, bounds)
-    is_empty = np.isnan(low)
+    is_empty = np.isfinite(folded["blocked"]) | is_broken
+    low = nan_where(is_empty, np.maximum(folded["low"], 0.0))
+    high = nan_where(is_empty, np.minimum(folded["high"], largest))
     blocked_state = np.where(is_broken, -1.0, folded["blocked"])
     is_low_zero = ~(folded["low"] > 0.0)
     is_high_ceiling = (largest < folded["high"]) | np.isinf(folded["high"])
@@ -160,15 +161,6 @@ def finish(folded: Extremes, design: Design, bounds: Bounds) -> Ends:
         low_angle=np.full(low.shape, np.nan),
         high_angle=np.full(high.shape, np.nan),
     )
-
-
-def pretensions(folded: Extremes, design: Design, bounds: Bounds) -> tuple[Array, Array]:
-    """Return the smallest and the largest pretension of windows, as `Ends` has them, N."""
-    is_broken = drop_state_axes(broken_by_design(design, bounds)) != NOTHING
-    is_empty = np.isfinite(folded["blocked"]) | is_broken
-    low = np.maximum(folded["low"], 0.0)
-    high = np.minimum(folded["high"], drop_state_axes(ceiling(design, bounds)))
-    return nan_where(is_empty, low), nan_where(is_empty, high)
 
 
 def ceiling(design: Design, bounds: Bounds) -> Array:
