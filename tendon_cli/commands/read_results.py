@@ -257,6 +257,7 @@ def plot(
             hint="tendon plot --arm study.toml",
         )
     is_answer = (source / DESIGN.record).exists()
+    of_table = any((table, quantity, colour, panels, where, unit))
     asks = {
         "--table": table,
         "--quantity": quantity,
@@ -277,33 +278,31 @@ def plot(
 
         angles = [_angle(text) for text in angle or ()]
         drawn = draw_geometry(source, tuple(settings or ()), angles, out, case, overwrite=overwrite)
-    elif between:
-        from tendon_cli.figures.answer_figures import draw_between_samples
+    elif between or (is_answer and (x is not None or not of_table)):
+        from tendon_cli.figures import answer_figures
 
         choices, record = _choices_and_record(source)
-        drawn = [draw_between_samples(choices, record, out, overwrite=overwrite)]
-    elif x is not None and is_answer:
-        from tendon_cli.figures.answer_figures import draw_over
-        from tendon_cli.studies.figures import read_size
+        if between:
+            drawn = [answer_figures.draw_between_samples(choices, record, out, overwrite=overwrite)]
+        elif x is not None:
+            from tendon_cli.studies.figures import read_size
 
-        width, height = read_size(size)
-        choices, record = _choices_and_record(source)
-        drawn = draw_over(
-            choices,
-            record,
-            x,
-            quantity[0] if quantity else None,
-            out,
-            width=width,
-            height=height,
-            form=format_,
-            overwrite=overwrite,
-        )
-    elif is_answer and not any((table, quantity, x, colour, panels, where, unit)):
-        from tendon_cli.figures.answer_figures import draw_again
-
-        choices, record = _choices_and_record(source)
-        drawn = draw_again(source, choices, record, out, form=format_, overwrite=overwrite)
+            width, height = read_size(size)
+            drawn = answer_figures.draw_over(
+                choices,
+                record,
+                x,
+                quantity[0] if quantity else None,
+                out,
+                width=width,
+                height=height,
+                form=format_,
+                overwrite=overwrite,
+            )
+        else:
+            drawn = answer_figures.draw_again(
+                source, choices, record, out, form=format_, overwrite=overwrite
+            )
     else:
         from tendon_cli.figures.draw import plot as draw
         from tendon_cli.figures.draw import table_of
