@@ -152,8 +152,8 @@ def fold_window(
     at: State,
     bounds: Bounds,
     shape: tuple[int, ...],
-    first: int = 0,
-    angles: int | None = None,
+    first: int,
+    angles: int,
 ) -> None:
     """Fold all states of a block into the windows of its designs, as `model.window.fold` does.
 
@@ -164,14 +164,13 @@ def fold_window(
         shape: Lengths of the designs' axes, directions and angles; 1 along axes on which nothing
             but pretension depends.
         first: Number of the block's first elbow angle in each direction.
-        angles: Number of elbow angles in each direction, by default those of the block.
+        angles: Number of elbow angles in each direction, of which the block may have a part.
     """
     at = replace(at, design=at.design.with_pretension(0.0))
-    total = angles or shape[-1]
     code = native()
     if code is None:
         directions = np.arange(shape[-2])[:, np.newaxis]
-        states = directions * total + first + np.arange(shape[-1])
+        states = directions * angles + first + np.arange(shape[-1])
         window.fold(folded, at, bounds, states)
         return
     given = _given(at)
@@ -179,7 +178,7 @@ def fold_window(
     # Compiled code takes only so many forms at once; the tightest end is the same in any order.
     for start in range(0, max(1, len(forms)), code.most_forms):
         some_forms = forms[start : start + code.most_forms]
-        code.window(shape, given, alone, some_forms, folded, first, total)
+        code.window(shape, given, alone, some_forms, folded, first, angles)
 
 
 _UNBOUNDED = {"least": -np.inf, "most": np.inf}

@@ -92,13 +92,12 @@ def _within_the_design(found: Window, largest: Array, broken: Codes) -> Window:
     """Return windows with the limits on whole designs: the largest pretension, and broken ones."""
     is_ceiling = (largest < found.high) & ~np.isnan(found.high)
     is_broken = broken != NOTHING
-    return Window(
+    return replace(
+        found,
         low=np.where(is_broken, np.nan, found.low),
         high=np.where(is_broken, np.nan, np.minimum(found.high, largest)),
         low_state=np.where(is_broken, -1, found.low_state),
         high_state=np.where(is_broken | is_ceiling, -1, found.high_state),
-        low_angle=found.low_angle,
-        high_angle=found.high_angle,
         low_by=np.where(is_broken, broken, found.low_by).astype(np.int8),
         high_by=np.where(is_broken, broken, np.where(is_ceiling, PRETENSION, found.high_by)).astype(
             np.int8
