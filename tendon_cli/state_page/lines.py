@@ -12,13 +12,13 @@ from tendon_cli import say
 from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Anchors, Array, flexor_path
+from tendon_cli.model.kinematics import Anchors, flexor_path
 from tendon_cli.model.motor import cycle_columns, motor_rates
 from tendon_cli.model.moving import Moving, motion_columns
 from tendon_cli.model.reversal import reversal
 from tendon_cli.model.setting import all_readings, pretension_per_length, setting_of
 from tendon_cli.model.statics import NO_EQUILIBRIUM
-from tendon_cli.quantities import QUANTITIES, SIDES
+from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES, QUANTITIES, SIDES
 
 _SYMBOL_WIDTH = 9
 _FORMULA_WIDTH = 42
@@ -321,10 +321,16 @@ def moving_lines(state: State, time: float) -> list[PageLine]:
 
 
 def motion_lines(moving: Moving) -> list[PageLine]:
-    """Return lines of the results of a single design over its motion in time; NaN is left out."""
+    """Return lines of the results of a single design over its motion in time."""
+    totals = motion_columns(moving)
+    rows = []
+    for name in (*OF_CYCLES, *OF_TRAJECTORIES):
+        quantity = QUANTITIES[name]
+        symbol = quantity.symbol if len(quantity.symbol) < _SYMBOL_WIDTH else ""
+        rows.append((symbol, name, totals[name], quantity.unit))
     counted = moving.trajectory.time[moving.trajectory.counted]
     start, end = (say.quantity("time", time, 6) for time in (counted[0], counted[-1]))
-    lines = _column_lines(f"Over the motion from {start} to {end}", motion_columns(moving))
+    lines = section(f"Over the motion from {start} to {end}", *rows)
     return [line for line in lines if not all(np.isnan(line.values))]
 
 
@@ -335,18 +341,11 @@ def cycle_lines(design: Design, plan: Plan, speed: float) -> list[PageLine]:
     """
     flexion = np.array([[direction == "flexion"] for direction in plan.directions])
     totals = cycle_columns(design, plan.elbow_angles[np.newaxis], flexion, speed)
-    title = f"Over the study's angles and directions at {_per_second(speed)}"
-    return _column_lines(title, totals)
-
-
-def _column_lines(title: str, columns: dict[str, Array]) -> list[PageLine]:
-    """Return a line for each column of a design, without symbols that are too long."""
     rows = []
-    for name, values in columns.items():
+    for name in OF_CYCLES:
         quantity = QUANTITIES[name]
-        symbol = quantity.symbol if len(quantity.symbol) < _SYMBOL_WIDTH else ""
-        rows.append((symbol, name, values, quantity.unit))
-    return section(title, *rows)
+        rows.append((quantity.symbol, name, totals[name], quantity.unit))
+    return section(f"Over the study's angles and directions at {_per_second(speed)}", *rows)
 
 
 def reversal_lines(state: State, elbow_angle: float, *, flexion: bool) -> list[PageLine]:

@@ -1,4 +1,9 @@
-"""The figure of a motor: torque against speed beside the limits, and while the spool turns back."""
+"""The figure of a motor.
+
+It shows the motor's torque against its speed over the cycle, the loop that friction opens, and the
+torque while the spool turns back. Along a motion in time it shows the torque over time instead of
+the loop.
+"""
 
 from __future__ import annotations
 
@@ -8,24 +13,32 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import Axes, Line2D
+from tendon_cli.figures.curves import ZEROS_OF_SPOOL
 from tendon_cli.figures.frame import framed, source_of_study
 from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, format_of, house_style
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array
-from tendon_cli.model.motor import motor_rates
-from tendon_cli.model.moving import Moving
+from tendon_cli.model.motor import cycle_columns, motor_rates
 from tendon_cli.model.reversal import reversal
 from tendon_cli.model.statics import NO_EQUILIBRIUM
 from tendon_cli.quantities import SIDES
 from tendon_cli.state_page.lines import scalar, slides_in_flexion
+from tendon_cli.state_page.motion_plot import (
+    MOTOR_STYLE,
+    MotorMotion,
+    draw_torque_over_time,
+    limit_style,
+    motion_key,
+)
 
+Array = npt.NDArray[np.float64]
 Curves = dict[str, tuple[Array, Array]]
 """Speeds of a motor, rad/s, and its torques, N m, by direction; of a motion in time by ""."""
 
@@ -33,20 +46,28 @@ _MARGIN = 0.08
 """Room around the curves, as a share of what they span."""
 _ROOM_FOR_LIMIT = 1.12
 """End of the view over a limit on torque or speed, as a factor."""
+_ROOM_FOR_ANGLES = 0.45
+"""Room on either side of the loop for the angles at its ends, as a share of its width."""
 _POINTS = 721
 """Points of each curve."""
 _LIMITS = ("peak_motor_torque", "peak_motor_speed", "peak_motor_power")
-_OF_MOTION = (
-    "Torque against speed shows the counted samples, with friction in the direction in which the "
-    "tendons slide."
-)
-_OF_TURN = "Dots: where the far end of each tendon begins to follow the spool."
-_STYLES: dict[str, dict[str, Any]] = {
+_BOTH_DIRECTIONS = np.array([[True], [False]])
+"""True for flexion, (directions, angles)."""
+_DIRECTIONS: dict[str, dict[str, Any]] = {
     "flexion": {"color": OKABE_ITO[0], "linestyle": "solid"},
     "extension": {"color": OKABE_ITO[1], "linestyle": (0, (3.2, 1.4))},
-    "": {"color": OKABE_ITO[0]},
 }
-"""Style of each curve."""
+"""Style of each direction."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stroke:
+    """One direction of a cycle: arrays of _POINTS along the motion, in SI."""
+
+    elbow_angle: Array
+    spool_angle: Array
+    motor_speed: Array
+    motor_torque: Array
 
 
 def draw_motor(
@@ -86,27 +107,40 @@ def draw_motor(
     format_of(path, "--plot")
     load = float(np.ravel(design.load_mass)[0])
     title = f"{plan.study.name}: the motor, load {say.quantity('load_mass', load, 6)}"
-    curves: Curves = {}
+    strokes = {}
+    motion = None
     if speed is not None:
         joint = say.joint_name(plan.study)
         title = f"{title}, {joint} at {say.quantity('elbow_speed', speed.single, 6)}"
         for direction in plan.directions:
-            curves[direction] = stroke_of(design, plan, direction, speed.single)
-    elif trajectory is not None:
-        curves[""] = _motion_of(plan.moving(block))
+            strokes[direction] = stroke_of(design, plan, direction, speed.single)
+    if trajectory is not None:
+        motion = MotorMotion.of(plan.moving(block))
     limits = _limits_of(design, plan)
+    curves = _curves_of(strokes, motion)
     view = _View.of(curves, limits)
     with house_style():
-        key = [Line2D([], [], label=name, **_STYLES[name]) for name in curves if name]
+        key = [
+            Line2D([], [], label=direction, **style)
+            for direction, style in _DIRECTIONS.items()
+            if direction in strokes
+        ]
+        if motion is not None:
+            key = motion_key(motion)
         notes = [*_limit_notes(view, limits)] if curves else []
-        if trajectory is not None:
-            notes.append(_OF_MOTION)
-        if turns:
-            notes.append(_OF_TURN)
+        notes += _notes(design, plan, turns=turns)
         page = framed(title, 74.0, key, notes, study=source_of_study(plan.study))
-        panels = page.figure.subplots(1, bool(curves) + turns, squeeze=False)[0]
-        if curves:
+        count = 2 * bool(curves) + turns
+        widths = [1.0] * count
+        if motion is not None:
+            widths[0] = 2.0
+        panels = page.figure.subplots(1, count, squeeze=False, width_ratios=widths)[0]
+        if strokes:
             _draw_torque_and_speed(panels[0], curves, limits, view)
+            _draw_loop(panels[1], strokes)
+        if motion is not None:
+            draw_torque_over_time(panels[0], motion, limits.get("peak_motor_torque"))
+            _draw_torque_and_speed(panels[1], curves, limits, view)
         if turns:
             angles, torque, follows = turn_of(state, plan)
             _draw_turn(panels[-1], angles, torque, follows)
@@ -114,7 +148,19 @@ def draw_motor(
         for axes in panels:
             axes.yaxis.set_major_formatter(plain_numbers())
             axes.set_ylabel("motor torque $\\tau_m$ (N m)")
+        if motion is not None:
+            panels[0].set_ylabel("torque (N m)")
     return page.of_joint(plan.study).save(path, overwrite=overwrite)
+
+
+def _curves_of(strokes: Mapping[str, Stroke], motion: MotorMotion | None) -> Curves:
+    """Return torque and speed along a motion in time, or else along both strokes."""
+    if motion is not None:
+        return {"": motion.speed_and_torque}
+    return {
+        direction: (stroke.motor_speed, stroke.motor_torque)
+        for direction, stroke in strokes.items()
+    }
 
 
 def _limits_of(design: Design, plan: Plan) -> dict[str, float]:
@@ -124,8 +170,8 @@ def _limits_of(design: Design, plan: Plan) -> dict[str, float]:
     return {**plan.study.limits, **stated}
 
 
-def stroke_of(design: Design, plan: Plan, direction: str, speed: float) -> tuple[Array, Array]:
-    """Return speed (rad/s) and torque (N m) of the motor along one direction, in fine steps.
+def stroke_of(design: Design, plan: Plan, direction: str, speed: float) -> Stroke:
+    """Evaluate one direction of motion through the study's angles, in fine steps.
 
     Args:
         design: The design.
@@ -135,26 +181,22 @@ def stroke_of(design: Design, plan: Plan, direction: str, speed: float) -> tuple
     """
     flexion = direction == "flexion"
     angles = np.linspace(plan.elbow_angles.min(), plan.elbow_angles.max(), _POINTS)
+    if not flexion:
+        angles = angles[::-1]
     state = evaluate(design, angles[np.newaxis], np.array([[flexion]]))
-    motor_speed = (speed if flexion else -speed) * motor_rates(state).spool_speed
-    return _at_points(motor_speed, _POINTS), _at_points(state.motor_torque, _POINTS)
+    rates = motor_rates(state)
+    motor_speed = (speed if flexion else -speed) * rates.spool_speed
+    return Stroke(
+        elbow_angle=angles,
+        spool_angle=_along_motion(state.spool_angle),
+        motor_speed=_along_motion(motor_speed),
+        motor_torque=_along_motion(state.motor_torque),
+    )
 
 
-def _motion_of(moving: Moving) -> tuple[Array, Array]:
-    """Return speed (rad/s) and torque (N m) of the motor at the samples that count of a motion.
-
-    The speed is NaN where slack passes from side to side.
-    """
-    count = len(moving.trajectory.time)
-    passing = _at_points(moving.passing, count)
-    speed = np.where(passing, np.nan, _at_points(moving.motor_rates.spool_speed, count))
-    counted = moving.trajectory.counted
-    return speed[counted], _at_points(moving.state.motor_torque, count)[counted]
-
-
-def _at_points(values: Any, count: int) -> Any:
-    """Return values at all points of a curve; a constant is repeated."""
-    return np.broadcast_to(np.ravel(values), count)
+def _along_motion(values: Array) -> Array:
+    """Return values at all points of a stroke; a constant is repeated."""
+    return np.array(np.broadcast_to(values.reshape(-1), _POINTS))
 
 
 def turn_of(state: State, plan: Plan) -> tuple[Array, Array, dict[str, tuple[float, float]]]:
@@ -170,15 +212,34 @@ def turn_of(state: State, plan: Plan) -> tuple[Array, Array, dict[str, tuple[flo
     positive = [end for end in ends.values() if end > 0.0]
     turns = 1.15 * max(positive or [1e-3]) * np.linspace(0.0, 1.0, _POINTS)
 
-    def torque_at(turn: Array) -> Array:
-        return turned.motor_torque(turn).ravel()
+    def torque_at(turn: float) -> float:
+        return float(np.ravel(turned.motor_torque(np.asarray(turn)))[0])
 
-    follows = {
-        side: (end, scalar(torque_at(np.array([end]))))
-        for side, end in ends.items()
-        if np.isfinite(end)
-    }
-    return turns, torque_at(turns), follows
+    torque = np.array([torque_at(turn) for turn in turns])
+    follows = {side: (end, torque_at(end)) for side, end in ends.items() if np.isfinite(end)}
+    return turns, torque, follows
+
+
+def _notes(design: Design, plan: Plan, *, turns: bool) -> list[str]:
+    """Return sentences that say what is drawn, with the loss of a cycle."""
+    speed = plan.study.motion.speed
+    notes: list[str] = []
+    if speed is not None and len(plan.directions) == 2:
+        angles = plan.elbow_angles[np.newaxis]
+        loss = cycle_columns(design, angles, _BOTH_DIRECTIONS, speed.single)["friction_loss"]
+        if np.isfinite(loss).all():
+            lost = say.quantity("friction_loss", loss.item())
+            notes.append(f"Friction takes {lost} over both strokes.")
+    if speed is not None:
+        notes.append(ZEROS_OF_SPOOL)
+    if plan.study.trajectory is not None:
+        notes.append(
+            "Torque against speed shows the counted samples, with friction in the direction in "
+            "which the tendons slide."
+        )
+    if turns:
+        notes.append("Dots: where the far end of each tendon begins to follow the spool.")
+    return notes
 
 
 @dataclass(frozen=True)
@@ -247,15 +308,11 @@ def _draw_torque_and_speed(
         view: What the panel shows.
     """
     for direction, (motor_speed, motor_torque) in curves.items():
-        axes.plot(motor_speed, motor_torque, gid="curve", **_STYLES[direction])
+        style = _DIRECTIONS.get(direction, MOTOR_STYLE)
+        axes.plot(motor_speed, motor_torque, gid="curve", **style)
     axes.axhline(0.0, color=FAINT, linewidth=0.5)
     axes.axvline(0.0, color=FAINT, linewidth=0.5)
-    dotted: dict[str, Any] = {
-        "color": INK,
-        "linewidth": 0.8,
-        "linestyle": (0, (1.0, 1.2)),
-        "gid": "limit",
-    }
+    dotted = limit_style()
     torque, speed, power = (limits.get(name, 0.0) for name in _LIMITS)
     for sign, farthest in ((1.0, view.right), (-1.0, view.left)):
         if speed:
@@ -278,6 +335,24 @@ def _turn_title(plan: Plan, block: Block) -> str:
         return f"Turn at {say.quantity('time', plan.study.trajectory.time[place], 4)}"
     angle = say.quantity("elbow_angle", plan.elbow_angles[place], 6)
     return f"Turn from {plan.directions[0]} at {angle}"
+
+
+def _draw_loop(axes: Axes, strokes: Mapping[str, Stroke]) -> None:
+    """Draw torque over the spool's angle, which each direction counts from its own zero."""
+    for direction, stroke in strokes.items():
+        angle = np.degrees(stroke.spool_angle)
+        axes.plot(angle, stroke.motor_torque, gid="curve", **_DIRECTIONS[direction])
+    first = next(iter(strokes.values()))
+    for end, beside in ((0, -1), (-1, 0)):
+        place = (np.degrees(first.spool_angle[end]), first.motor_torque[end])
+        text = f"θ = {say.quantity('elbow_angle', first.elbow_angle[end])}"
+        # Beyond its end of the loop, where no curve is.
+        is_left = first.spool_angle[end] < first.spool_angle[beside]
+        style: dict[str, Any] = {"ha": "right" if is_left else "left", "va": "center", "size": 6.5}
+        offset = (-3.0 if is_left else 3.0, 0.0)
+        axes.annotate(text, place, xytext=offset, textcoords="offset points", **style)
+    axes.margins(x=_ROOM_FOR_ANGLES, y=0.12)
+    axes.set(title="Hysteresis", xlabel="spool angle α (deg)")
 
 
 def _draw_turn(

@@ -5,7 +5,7 @@ import pytest
 
 import tendon_cli as tendon_library
 from tendon_cli.engine.plan import Block, Plan
-from tendon_cli.model.actuator import evaluate
+from tendon_cli.model.motor import cycle_columns
 from tendon_cli.state_page.plot import stroke_of, turn_of
 
 TEXT = """
@@ -127,7 +127,10 @@ def test_a_page_without_speed_and_reversal_is_as_before(tendon, write_study):
 
 
 def drawn(tmp_path, load):
-    """Return a plan, the state of its first design at 75 degrees in flexion, and its strokes."""
+    """Return a plan, the state of its first design at 75 degrees in flexion, and its strokes.
+
+    The figure draws one stroke per direction.
+    """
     file = tmp_path / "study.toml"
     file.write_text(study_text(load=load, direction=BOTH_DIRECTIONS))
     plan = Plan(tendon_library.study(file))
@@ -139,18 +142,31 @@ def drawn(tmp_path, load):
     return plan, state, strokes
 
 
+@pytest.mark.parametrize("load", [3, 10])
+def test_the_area_of_the_loop_is_what_friction_takes(tmp_path, load):
+    plan, state, strokes = drawn(tmp_path, load)
+    angles = np.concatenate([stroke.spool_angle for stroke in strokes.values()])
+    torques = np.concatenate([stroke.motor_torque for stroke in strokes.values()])
+    # The shoelace formula.
+    area = 0.5 * abs(np.dot(angles, np.roll(torques, -1)) - np.dot(torques, np.roll(angles, -1)))
+    flexion = np.array([[True], [False]])
+    loss = cycle_columns(state.design, plan.elbow_angles[np.newaxis], flexion, SPEED)[
+        "friction_loss"
+    ]
+    assert area == pytest.approx(float(loss.ravel()[0]), rel=0.005)  # but for the turns
+
+
 def test_the_curves_are_the_states(tmp_path):
     plan, state, strokes = drawn(tmp_path, 3)
-    flexing, torque = strokes["flexion"]
-    extending, _ = strokes["extension"]
-    assert (flexing > 0.0).all()
-    assert (extending < 0.0).all()
-    angles = np.linspace(0.0, np.radians(90.0), len(torque))
-    states = evaluate(state.design, angles[np.newaxis], np.array([[True]]))
-    speed = np.gradient(states.spool_angle.ravel(), angles) * SPEED
-    np.testing.assert_allclose(flexing[2:-2], speed[2:-2], rtol=1e-3)
-    _, turned, follows = turn_of(state, plan)
-    assert turned[0] == pytest.approx(np.interp(np.radians(75.0), angles, torque))
+    flexion = strokes["flexion"]
+    extension = strokes["extension"]
+    assert np.degrees(flexion.elbow_angle[[0, -1]]) == pytest.approx([0.0, 90.0])
+    assert np.degrees(extension.elbow_angle[[0, -1]]) == pytest.approx([90.0, 0.0])
+    speed = np.gradient(flexion.spool_angle, flexion.elbow_angle) * SPEED
+    np.testing.assert_allclose(flexion.motor_speed[2:-2], speed[2:-2], rtol=1e-3)
+    _, torque, follows = turn_of(state, plan)
+    stroke_torque = np.interp(np.radians(75.0), flexion.elbow_angle, flexion.motor_torque)
+    assert torque[0] == pytest.approx(stroke_torque)
     assert set(follows) == {"flexor", "extensor"}
 
 
@@ -159,6 +175,7 @@ def test_the_figure_has_the_limits_in_it(tendon, workplace, write_study):
     assert tendon("state", "study.toml", "--reversal", "--plot", "motor.svg").exit == 0
     written = (workplace / "motor.svg").read_bytes()
     assert b"Torque against speed" in written
+    assert b"Hysteresis" in written
     assert b"Turn from flexion at 75" in written
     assert b"8 N m, 25 W." in written
     assert b"outside" not in written
@@ -175,14 +192,13 @@ def test_a_limit_on_power_that_is_out_of_sight_is_not_said_to_be_dotted(
     assert "The limit on power, 900 W, lies outside what is shown." in written
 
 
-def test_the_motor_of_a_motion_in_time_is_drawn_at_the_samples_that_count(
-    tendon, workplace, write_study
-):
+def test_the_motor_of_a_motion_in_time_is_drawn_over_time(tendon, workplace, write_study):
     rows = "\n".join(f"{0.02 * step:.2f},{step}" for step in range(61))
     (workplace / "reach.csv").write_text(f"time (s),angle (deg)\n{rows}\n")
     write_study('[motion]\ntrajectory = "reach.csv"\n')
     ran = tendon("state", "study.toml", "--plot", "motor.svg", "--json")
     assert ran.exit == 0
     figure = (workplace / "motor.svg").read_text()
-    assert "Torque against speed shows the counted samples" in figure
-    assert figure.count('id="curve"') == 1
+    for words in ("Torque over time", "time (s)", "end of the record"):
+        assert words in figure
+    assert figure.count('id="record end"') == 2
