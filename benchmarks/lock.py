@@ -76,7 +76,7 @@ class Proxy:
 def watch() -> Released:
     """Count the calls of this process from now on; it serves nothing else."""
     released = Released()
-    if kernel.kind() is not None:
+    if kernel.native() is not None:
         native = released.within(kernel.native(), "rows", "extremes", "window")
         kernel.native = lambda: native
     sha256 = lambda *data: released.sha256(hashlib.sha256(*data))  # noqa: E731

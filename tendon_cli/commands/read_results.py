@@ -4,7 +4,6 @@ import contextlib
 import io
 import math
 import shutil
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -257,84 +256,78 @@ def plot(
             hint="tendon plot --arm study.toml",
         )
     is_answer = (source / DESIGN.record).exists()
+    of_figure = {
+        "quantity": quantity,
+        "x": x,
+        "colour": colour,
+        "panels": panels,
+        "where": where,
+        "unit": unit,
+    }
+    of_table = any((table, quantity, colour, panels, where, unit))
     asks = {
-        "--table": table,
-        "--quantity": quantity,
-        "--x": x,
-        "--colour": colour,
-        "--panels": panels,
-        "--where": where,
-        "--unit": unit,
-        "--format": None if format_ == "png" else format_,
-        "--size": None if size == "page" else size,
+        "table": table,
+        **of_figure,
+        "format": None if format_ == "png" else format_,
+        "size": None if size == "page" else size,
     }
     if arm or between:
-        _refuse_unused(asks, "--arm" if arm else "--between")
+        unused = [f"--{name}" for name, value in asks.items() if value is not None]
+        _refuse_unused(unused, "--arm" if arm else "--between")
     elif is_answer and size != "page" and x is None and not any((table, quantity)):
-        _refuse_unused({"--size": size}, "the figures of an answer")
+        _refuse_unused(["--size"], "the figures of an answer")
     if arm:
         from tendon_cli.figures.geometry import draw_geometry
 
         angles = [_angle(text) for text in angle or ()]
         drawn = draw_geometry(source, tuple(settings or ()), angles, out, case, overwrite=overwrite)
-    elif between:
-        from tendon_cli.figures.answer_figures import draw_between_samples
+    elif between or (is_answer and (x is not None or not of_table)):
+        from tendon_cli.figures import answer_figures
 
         choices, record = _choices_and_record(source)
-        drawn = [draw_between_samples(choices, record, out, overwrite=overwrite)]
-    elif x is not None and is_answer:
-        from tendon_cli.figures.answer_figures import draw_over
-        from tendon_cli.studies.figures import read_size
+        if between:
+            drawn = [answer_figures.draw_between_samples(choices, record, out, overwrite=overwrite)]
+        elif x is not None:
+            from tendon_cli.studies.figures import read_size
 
-        width, height = read_size(size)
-        choices, record = _choices_and_record(source)
-        drawn = draw_over(
-            choices,
-            record,
-            x,
-            quantity[0] if quantity else None,
-            out,
-            width=width,
-            height=height,
-            form=format_,
-            overwrite=overwrite,
-        )
-    elif is_answer and not any((table, quantity, x, colour, panels, where, unit)):
-        from tendon_cli.figures.answer_figures import draw_again
-
-        choices, record = _choices_and_record(source)
-        drawn = draw_again(source, choices, record, out, form=format_, overwrite=overwrite)
+            width, height = read_size(size)
+            drawn = answer_figures.draw_over(
+                choices,
+                record,
+                x,
+                quantity[0] if quantity else None,
+                out,
+                width=width,
+                height=height,
+                form=format_,
+                overwrite=overwrite,
+            )
+        else:
+            drawn = answer_figures.draw_again(
+                source, choices, record, out, form=format_, overwrite=overwrite
+            )
     else:
         from tendon_cli.figures.draw import plot as draw
         from tendon_cli.figures.draw import table_of
         from tendon_cli.studies.figures import figure_spec
 
-        options_of_figure = {
-            "quantity": quantity,
-            "x": x,
-            "colour": colour,
-            "panels": panels,
-            "where": where,
-            "unit": unit,
-        }
-        given = {name: value for name, value in options_of_figure.items() if value is not None}
+        given = {name: value for name, value in of_figure.items() if value is not None}
         spec = figure_spec(**given, format=format_, size=size)
         drawn = draw(table_of(source, spec, table), spec, out, overwrite=overwrite)
     written = [str(file) for file in drawn]
     print_result({"figures": written} if as_json else "\n".join(written))
 
 
-def _refuse_unused(asks: Mapping[str, object], drawn: str) -> None:
+def _refuse_unused(given: list[str], drawn: str) -> None:
     """Refuse options that a kind of figure has no use for.
 
     Args:
-        asks: Options and their values, None if not given.
+        given: Such options that are given.
         drawn: The option, or the words, that say which figure is drawn.
 
     Raises:
         UsageError: One is given.
     """
-    given = [option for option, value in asks.items() if value is not None]
     if not given:
         return
     from tendon_cli import say

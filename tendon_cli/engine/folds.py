@@ -85,7 +85,7 @@ class Folds:
         that differ in pretension alone share their windows.
         """
         plan = self.plan
-        is_compiled = kernel.kind() is not None
+        is_compiled = kernel.native() is not None
         states = plan.states_per_design
         lengths = block.shape[:-2]
         all_axes = frozenset(range(len(lengths)))
@@ -201,7 +201,7 @@ class Folds:
         (whole,) = plan.blocks(range(plan.designs))
         different = whole.first_along(self._pretension_axes)
         most_states = _MOST_STATES_BEFOREHAND
-        if kernel.kind() is None:
+        if kernel.native() is None:
             most_states //= 16
         if different.design_count == plan.designs:
             return None
@@ -237,7 +237,7 @@ class Folds:
 
     def _stretches(self, block: Block) -> Iterator[Block]:
         """Yield the block cut along its elbow angles; the results do not depend on the cuts."""
-        most = VALUES_AT_ONCE if kernel.kind() else self.plan.block_states
+        most = VALUES_AT_ONCE if kernel.native() else self.plan.block_states
 
         def angle_axis(piece: Block) -> int | None:
             return len(piece.shape) - 1 if piece.shape[-1] > most else None

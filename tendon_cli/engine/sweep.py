@@ -137,7 +137,7 @@ class Sweep(Task):
     def _fill_states(self, table: RowTarget, designs: range) -> None:
         """Evaluate the states of a range of designs, write them into a table; raises Stopped."""
         states_at_once = self.plan.block_states
-        if kernel.kind() and self.study.trajectory is None:
+        if kernel.native() and self.study.trajectory is None:
             states_at_once *= _BLOCKS_AT_ONCE
         for block in self.plan.blocks(designs, states_at_once):
             self.check_stopped()

@@ -35,8 +35,7 @@ from tendon_cli.model import window
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import SHARES, Bounds, bounded_forms
 from tendon_cli.model.extremes import Extremes, begin, fold, merge_tensions
-from tendon_cli.model.forms import is_nothing
-from tendon_cli.model.kinematics import Array, Real
+from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import spring_room
 from tendon_cli.quantities import SIDES
 
@@ -70,16 +69,9 @@ def native() -> Native | None:
     return code if code.version == VERSION else None
 
 
-@cache
-def kind() -> str | None:
-    """Return the kind of processor whose code is used, or None if NumPy does all."""
-    code = native()
-    return code.kinds[-1] if code else None
-
-
 def missing_compiler_hint() -> str | None:
     """Return a hint for users who have no compiled code and did not ask for that, else None."""
-    if kind() is not None or os.environ.get(NO_COMPILED_VARIABLE):
+    if native() is not None or os.environ.get(NO_COMPILED_VARIABLE):
         return None
     return (
         "NumPy did it all, several times slower than compiled code: "
@@ -100,8 +92,7 @@ def row_writer(at: State, shape: tuple[int, ...], keys: Columns) -> RowWriter:
             shape and have the types of the columns to be written.
     """
     code = native()
-    chosen = kind()
-    if code is None or chosen is None:
+    if code is None:
         return columns_writer({**keys, "status": at.status, **at.columns()}, shape)
     given = _given(at)
     known = {*keys, "status", *code.results}
@@ -110,7 +101,7 @@ def row_writer(at: State, shape: tuple[int, ...], keys: Columns) -> RowWriter:
 
     def write(columns: Columns, rows: range) -> Collection[str]:
         wanted = {name: values for name, values in key_values.items() if name in columns}
-        with_nan = code.rows(chosen, shape, given, wanted, columns, rows.start, len(rows))
+        with_nan = code.rows(shape, given, wanted, columns, rows.start, len(rows))
         others = {name: values for name, values in columns.items() if name not in known}
         if others:
             columns_writer(at.columns(others), shape)(others, rows)
@@ -130,11 +121,10 @@ def fold_extremes(folded: Extremes, at: State, elbow_angle: Array, shape: tuple[
         shape: Lengths of the designs' axes, directions and angles.
     """
     code = native()
-    chosen = kind()
-    if code is None or chosen is None:
+    if code is None:
         fold(folded, at, elbow_angle)
     else:
-        code.extremes(chosen, shape, _given(at), np.ascontiguousarray(elbow_angle), folded)
+        code.extremes(shape, _given(at), np.ascontiguousarray(elbow_angle), folded)
 
 
 def fold_motion(folded: Extremes, moving: Moving) -> None:
@@ -162,8 +152,8 @@ def fold_window(
     at: State,
     bounds: Bounds,
     shape: tuple[int, ...],
-    first: int = 0,
-    angles: int | None = None,
+    first: int,
+    angles: int,
 ) -> None:
     """Fold all states of a block into the windows of its designs, as `model.window.fold` does.
 
@@ -174,16 +164,13 @@ def fold_window(
         shape: Lengths of the designs' axes, directions and angles; 1 along axes on which nothing
             but pretension depends.
         first: Number of the block's first elbow angle in each direction.
-        angles: Number of elbow angles in each direction, by default those of the block.
+        angles: Number of elbow angles in each direction, of which the block may have a part.
     """
-    sides = {side: replace(getattr(at.design, side), pretension=0.0) for side in SIDES}
-    at = replace(at, design=replace(at.design, **sides))
-    total = angles or shape[-1]
+    at = replace(at, design=at.design.with_pretension(0.0))
     code = native()
-    chosen = kind()
-    if code is None or chosen is None:
+    if code is None:
         directions = np.arange(shape[-2])[:, np.newaxis]
-        states = directions * total + first + np.arange(shape[-1])
+        states = directions * angles + first + np.arange(shape[-1])
         window.fold(folded, at, bounds, states)
         return
     given = _given(at)
@@ -191,7 +178,7 @@ def fold_window(
     # Compiled code takes only so many forms at once; the tightest end is the same in any order.
     for start in range(0, max(1, len(forms)), code.most_forms):
         some_forms = forms[start : start + code.most_forms]
-        code.window(chosen, shape, given, alone, some_forms, folded, first, total)
+        code.window(shape, given, alone, some_forms, folded, first, angles)
 
 
 _UNBOUNDED = {"least": -np.inf, "most": np.inf}
@@ -212,28 +199,18 @@ def _bound_inputs(
     }
     forms = []
     for bounded in bounded_forms(at, bounds):
-        shares = {share: getattr(bounded.form, share) for share in SHARES}
         both_ends = {end: getattr(bounded, end) for end in _UNBOUNDED}
         ends = {end: bound for end, bound in both_ends.items() if bound is not None}
-        single = _single_share(shares)
-        if single is None:
+        if not bounded.alone:
+            shares = {share: getattr(bounded.form, share) for share in SHARES}
             values = shares | _UNBOUNDED | ends
             forms.append({name: _as_input(value) for name, value in values.items()})
             continue
         for end, bound in ends.items():
-            name = f"{single}_{end}"
+            name = f"{bounded.alone}_{end}"
             tighter = np.maximum if end == "least" else np.minimum
             alone[name] = _as_input(tighter(alone[name], bound))
     return alone, tuple(forms)
-
-
-def _single_share(shares: Mapping[str, Real]) -> str | None:
-    """Return the name of the only share of a form if it is the number 1.0, else None."""
-    present = [name for name, value in shares.items() if not is_nothing(value)]
-    if len(present) != 1:
-        return None
-    value = shares[present[0]]
-    return present[0] if isinstance(value, float) and value == 1.0 else None
 
 
 def _as_input(value: npt.ArrayLike) -> Array:

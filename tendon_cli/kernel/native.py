@@ -87,10 +87,11 @@ class Native:
         self._library.tendon_kinds.restype = c_char_p
         self.kinds: tuple[str, ...] = tuple(self._library.tendon_kinds().decode().split())
         """Kinds of code that this processor can run, the fastest last."""
+        self.kind = self.kinds[-1]
+        """The kind that is called."""
 
     def rows(
         self,
-        kind: str,
         shape: Shape,
         given: Columns,
         keys: Columns,
@@ -101,7 +102,6 @@ class Native:
         """Write some rows of the states table into columns.
 
         Args:
-            kind: Kind of code, one of `kinds`.
             shape: Lengths of the designs' axes, directions and angles. In rows the last axis is
                 fastest.
             given: Inputs of the states, by the names of GIVEN in `arrays.h`.
@@ -143,16 +143,15 @@ class Native:
             first=first,
             count=count,
         )
-        self._run(kind, "rows", call)
+        self._run("rows", call)
         return [name for name, is_null in zip(self.results, has_nan, strict=True) if is_null]
 
     def extremes(
-        self, kind: str, shape: Shape, given: Columns, angle: npt.NDArray[Any], folded: Columns
+        self, shape: Shape, given: Columns, angle: npt.NDArray[Any], folded: Columns
     ) -> None:
         """Fold all states into extremes of designs.
 
         Args:
-            kind: Kind of code, one of `kinds`.
             shape: Lengths of the designs' axes, directions and angles.
             given: Inputs of the states, by the names of GIVEN in `arrays.h`.
             angle: Elbow angles of the states, rad.
@@ -162,11 +161,10 @@ class Native:
         arrays = _table([*inputs, *_result_places(folded, self._extremes, shape)])
         angles = _table([_place(angle, "angle", shape)])
         call = _ExtremesCall(walk=_walk(shape), arrays=arrays.ctypes.data, angle=angles.ctypes.data)
-        self._run(kind, "extremes", call)
+        self._run("extremes", call)
 
     def window(
         self,
-        kind: str,
         shape: Shape,
         given: Columns,
         bounds: Columns,
@@ -178,7 +176,6 @@ class Native:
         """Fold all states into windows of designs.
 
         Args:
-            kind: Kind of code, one of `kinds`.
             shape: Lengths of the designs' axes, directions and angles.
             given: Inputs of the states, by the names of GIVEN in `arrays.h`.
             bounds: Bounds on tensions and stiffness, by the names of BOUNDS.
@@ -202,13 +199,11 @@ class Native:
             first=first,
             total=total,
         )
-        self._run(kind, "window", call)
+        self._run("window", call)
 
-    def _run(self, kind: str, name: str, call: Structure) -> None:
-        """Call the function of a name that was compiled for a kind of processor."""
-        if kind not in self.kinds:
-            raise ValueError(f"this processor has no code named {kind}")
-        function = self._library[f"tendon_{kind}_{name}"]
+    def _run(self, name: str, call: Structure) -> None:
+        """Call the function of a name that was compiled for this kind of processor."""
+        function = self._library[f"tendon_{self.kind}_{name}"]
         function.restype = None
         function(byref(call))
 

@@ -188,14 +188,8 @@ class State:
     @cached_property
     def balance(self) -> Balance:
         """Distal tensions and slack sides."""
-        design = self.design
-        return statics.solve(
-            self.coupling,
-            design.flexor.pretension,
-            design.extensor.pretension,
-            unilateral=design.unilateral,
-            response=self.response,
-        )
+        sides = (self.design.flexor.pretension, self.design.extensor.pretension)
+        return Balance(self.coupling, self.response, self.coupling.common_pretension(*sides))
 
     @property
     def flexor_tension_proximal(self) -> Array:
@@ -342,10 +336,7 @@ def at_pretension(state: State, pretension: Real) -> State:
         state: The states.
         pretension: Pretension of flexor and extensor, N.
     """
-    design = state.design
-    flexor = replace(design.flexor, pretension=pretension)
-    extensor = replace(design.extensor, pretension=pretension)
-    changed = replace(state, design=replace(design, flexor=flexor, extensor=extensor))
+    changed = replace(state, design=state.design.with_pretension(pretension))
     for name in _WITHOUT_PRETENSION:
         vars(changed)[name] = getattr(state, name)
     return changed

@@ -93,8 +93,10 @@ class BoundedForm:
     limit: int
     """Index into LIMIT_NAMES."""
     form: Form
-    """Form of the state. If it has x, y or k alone, it is divided by that share, which becomes the
-    number 1.0."""
+    """Form of the state."""
+    alone: str
+    """Share of the form that is its only one, one of SHARES, and by which it is divided, so that
+    it is 1.0; "" if there are several."""
     least: Real | None
     """Lower bound; None if there is none."""
     most: Real | None
@@ -120,7 +122,8 @@ def _bounded_form(limit: DesignLimit, form: Form, bound: Real) -> BoundedForm:
     )
     shares = {name: getattr(form, name) for name in SHARES if not is_nothing(getattr(form, name))}
     if len(shares) != 1:
-        return BoundedForm(code, Form(form.flexor, form.extensor, form.stiffness), least, most)
+        several = Form(form.flexor, form.extensor, form.stiffness)
+        return BoundedForm(code, several, "", least, most)
     ((name, share),) = shares.items()
     if np.all(np.real(share) < 0.0):
         least, most = most, least
@@ -131,7 +134,7 @@ def _bounded_form(limit: DesignLimit, form: Form, bound: Real) -> BoundedForm:
         None if end is None else np.where(np.isnan(end), unbounded, end)
         for end, unbounded in ((least, -np.inf), (most, np.inf))
     )
-    return BoundedForm(code, Form(**{name: 1.0}), least, most)
+    return BoundedForm(code, Form(**{name: 1.0}), name, least, most)
 
 
 def stiffness_line(at: State) -> tuple[Array, Array]:

@@ -192,6 +192,12 @@ class Design:
         """Return the design without its trajectory, with the same tendons, and with changes."""
         return replace(self, trajectory=None, one_length=self.has_one_length, **changes)
 
+    def with_pretension(self, pretension: Real) -> Design:
+        """Return the design with another pretension of both sides, N."""
+        flexor = replace(self.flexor, pretension=pretension)
+        extensor = replace(self.extensor, pretension=pretension)
+        return replace(self, flexor=flexor, extensor=extensor)
+
     @property
     def bend_follows_joint(self) -> bool:
         """True if a sheath bends as the joint turns."""
@@ -236,7 +242,7 @@ def map_arrays(part: Any, change: Callable[..., Any], *others: Any) -> Any:
     """Return a design, or a part of one, with each of its arrays changed.
 
     Args:
-        part: Design, a dataclass or mapping in it, or an array.
+        part: Design, a dataclass, mapping or tuple in it, or an array.
         change: Function of an array, and of the same array of each of the others.
         others: Designs or parts with the same structure.
     """
@@ -247,6 +253,9 @@ def map_arrays(part: Any, change: Callable[..., Any], *others: Any) -> Any:
             key: map_arrays(value, change, *(other[key] for other in others))
             for key, value in part.items()
         }
+    if isinstance(part, tuple):
+        places = zip(part, *others, strict=True)
+        return tuple(map_arrays(first, change, *rest) for first, *rest in places)
     if not is_dataclass(part):
         return part
     changed = {}

@@ -17,8 +17,7 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags, Real
 from tendon_cli.model.limits import LIMITS, contact_pressure, spring_room
 from tendon_cli.model.setting import Reading
-from tendon_cli.model.sheath import Sheathed
-from tendon_cli.model.statics import SLACK_TOLERANCE, Balance
+from tendon_cli.model.statics import SLACK_TOLERANCE
 from tendon_cli.quantities import OF_DESIGNS, QUANTITIES
 
 Extremes = dict[str, Array]
@@ -94,7 +93,7 @@ def fold(folded: Extremes, at: State, elbow_angle: Array) -> None:
         "highest_motor_torque": motor_torque,
         "min_elbow_stiffness": stiffness,
         "required_pretension": at.response.required,
-        "margin": np.fmin(_smallest_margin(at.balance), lower_pretension),
+        "margin": np.fmin(at.balance.margin, lower_pretension),
         "unstable": stiffness < 0.0,
         "no_equilibrium": np.isnan(at.coupling.moment_arm),
     }
@@ -126,53 +125,25 @@ def merge_tensions(folded: Extremes, others: Extremes) -> None:
 
 def _tension_columns(at: State) -> dict[str, Array]:
     """Return the columns of `fold` on tensions and on the springs, which follow them."""
-    low_x, high_x = _extreme_tensions(at.balance.flexor, at.flexor)
-    low_y, high_y = _extreme_tensions(at.balance.extensor, at.extensor)
-    capstan_x = at.flexor.capstan
-    capstan_y = at.extensor.capstan
-    max_x = np.fmax(high_x, high_x / capstan_x)
-    max_y = np.fmax(high_y, high_y / capstan_y)
-    strap = high_y if np.all(at.is_pressed) else at.balance.extensor * at.is_pressed
+    flexor = at.balance.flexor
+    extensor = at.balance.extensor
+    flexor_at_motor = at.flexor_tension_proximal
+    extensor_at_motor = at.extensor_tension_proximal
+    max_flexor = np.fmax(flexor, flexor_at_motor)
+    max_extensor = np.fmax(extensor, extensor_at_motor)
+    flexor_extension = flexor * at.flexor.spring
     return {
-        "min_flexor_tension": np.fmin(low_x, low_x / capstan_x),
-        "min_extensor_tension": np.fmin(low_y, low_y / capstan_y),
-        "max_tension": np.fmax(max_x, max_y),
-        "max_strap_tension": strap,
-        "max_spring_extension": np.fmax(high_x * at.flexor.spring, high_y * at.extensor.spring),
-        "min_room": spring_room(at) - at.balance.flexor * at.flexor.spring,
+        "min_flexor_tension": np.fmin(flexor, flexor_at_motor),
+        "min_extensor_tension": np.fmin(extensor, extensor_at_motor),
+        "max_tension": np.fmax(max_flexor, max_extensor),
+        "max_strap_tension": extensor * at.is_pressed,
+        "max_spring_extension": np.fmax(flexor_extension, extensor * at.extensor.spring),
+        "min_room": spring_room(at) - flexor_extension,
     }
-
-
-def _extreme_tensions(tension: Array, sheath: Sheathed) -> tuple[Array, Array]:
-    """Return the smallest and the largest distal tension over the elbow angles, N.
-
-    If a tension scales alike along the sheath at all angles, the one at the motor has its extremes
-    in the same states, and so has the extension of the spring: rounding keeps order. Else all
-    tensions are returned, twice.
-    """
-    if any(np.shape(scale)[-1:] > (1,) for scale in (sheath.capstan, sheath.spring)):
-        return tension, tension
-    lowest = np.fmin.reduce(tension, axis=-1, keepdims=True)
-    highest = np.fmax.reduce(tension, axis=-1, keepdims=True)
-    return lowest, highest
-
-
-def _smallest_margin(balance: Balance) -> Array:
-    """Return the smallest margin of pretension over the elbow angles, N.
-
-    It is that of the largest required pretension, since rounding keeps order, unless the equivalent
-    pretension changes from angle to angle: then all margins are returned.
-    """
-    if np.shape(balance.pretension)[-1:] > (1,):
-        return balance.margin
-    required = np.fmax.reduce(np.atleast_1d(balance.response.required), axis=-1, keepdims=True)
-    return np.asarray(balance.pretension - required)
 
 
 def _slack_columns(at: State, elbow_angle: Array, no_equilibrium: Array) -> Extremes:
     """Return the columns of `fold` on slack states, over designs.
-
-    Only designs with slack states are gone through.
 
     Args:
         at: States, as `fold` takes them.
@@ -180,29 +151,17 @@ def _slack_columns(at: State, elbow_angle: Array, no_equilibrium: Array) -> Extr
         no_equilibrium: Number of states without equilibrium, by design.
     """
     motion_shape = np.broadcast_shapes(at.flexor.capstan.shape, np.shape(elbow_angle))[-2:]
-    slack = np.broadcast_to(
-        at.balance.is_slack, np.broadcast_shapes(at.balance.is_slack.shape, motion_shape)
-    )
-    has_slack = slack.any(axis=(-2, -1))
-    slack_states = slack[has_slack]
-    angles = np.where(slack_states, elbow_angle, np.inf)
-    lengths = np.broadcast_to(at.loose_length, slack.shape)[has_slack]
-    lengths = np.where(slack_states, lengths, np.nan)
-
-    count = np.zeros(has_slack.shape)
-    first_angle = np.full(has_slack.shape, np.inf)
-    longest = np.full(has_slack.shape, np.nan)
-    count[has_slack] = np.add.reduce(slack_states, axis=(-2, -1))
-    first_angle[has_slack] = np.fmin.reduce(angles, axis=(-2, -1))
-    longest[has_slack] = np.fmax.reduce(lengths, axis=(-2, -1))
-
+    is_slack = at.balance.is_slack
+    slack = np.broadcast_to(is_slack, np.broadcast_shapes(is_slack.shape, motion_shape))
+    count = np.add.reduce(slack, axis=(-2, -1), dtype=np.float64)
+    lengths = np.where(slack, at.loose_length, np.nan)
     any_taut = math.prod(motion_shape) > count + no_equilibrium
     unilateral = np.reshape(at.design.unilateral, np.shape(at.design.unilateral)[:-2])
     taut_length = np.where(any_taut & unilateral, 0.0, np.nan)
     return {
         "slack": count,
-        "first_slack_angle": first_angle,
-        "max_slack": np.fmax(longest, taut_length),
+        "first_slack_angle": np.fmin.reduce(np.where(slack, elbow_angle, np.inf), axis=(-2, -1)),
+        "max_slack": np.fmax(np.fmax.reduce(lengths, axis=(-2, -1)), taut_length),
     }
 
 

@@ -13,20 +13,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
 
 import numpy as np
 
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.design import Design, shape_of
+from tendon_cli.model.design import Design, map_arrays, shape_of
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING, POWER, PRETENSION, Codes
 from tendon_cli.model.motor import select_points
-from tendon_cli.model.moving import Moving, motion_columns
+from tendon_cli.model.moving import Moving, peak_power
 from tendon_cli.model.sliding import with_neighbours
 from tendon_cli.model.trajectory import Trajectory
-from tendon_cli.model.window import Window, broken_by_design, ceiling, ends_of_states
-from tendon_cli.quantities import SIDES
+from tendon_cli.model.window import StateEnds, Window, broken_by_design, ceiling, ends_of_states
 
 OF_WHAT_HOLDS = ("min_elbow_stiffness", "peak_motor_speed")
 """Limits for which only the states that hold count, also where the tendons turn."""
@@ -72,9 +70,8 @@ def window_along(design: Design, trajectory: Trajectory, bounds: Bounds) -> Wind
     count = math.prod(shape)
     places = np.unravel_index(np.arange(count), shape or (1,))
     # A pretension of each, so that some of them can be selected whatever else they share.
-    unset = np.zeros(flat_shape)
-    sides = {name: replace(getattr(design, name), pretension=unset) for name in SIDES}
-    flat = select_points(replace(design, **sides), flat_shape, places)
+    unset = design.with_pretension(np.zeros(flat_shape))
+    flat = select_points(unset, flat_shape, places)
     largest = np.broadcast_to(over_design[0], flat_shape).ravel()
     broken = np.broadcast_to(over_design[1], flat_shape).ravel()
     search = Search(flat, trajectory, _flat_bounds(bounds, flat_shape), largest)
@@ -95,13 +92,12 @@ def _within_the_design(found: Window, largest: Array, broken: Codes) -> Window:
     """Return windows with the limits on whole designs: the largest pretension, and broken ones."""
     is_ceiling = (largest < found.high) & ~np.isnan(found.high)
     is_broken = broken != NOTHING
-    return Window(
+    return replace(
+        found,
         low=np.where(is_broken, np.nan, found.low),
         high=np.where(is_broken, np.nan, np.minimum(found.high, largest)),
         low_state=np.where(is_broken, -1, found.low_state),
         high_state=np.where(is_broken | is_ceiling, -1, found.high_state),
-        low_angle=found.low_angle,
-        high_angle=found.high_angle,
         low_by=np.where(is_broken, broken, found.low_by).astype(np.int8),
         high_by=np.where(is_broken, broken, np.where(is_ceiling, PRETENSION, found.high_by)).astype(
             np.int8
@@ -109,7 +105,8 @@ def _within_the_design(found: Window, largest: Array, broken: Codes) -> Window:
     )
 
 
-class Tightest(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Tightest:
     """Tightest ends of the states that count at a pretension, (tried,) each."""
 
     low: Array
@@ -125,17 +122,6 @@ class Tightest(NamedTuple):
     high_by: Codes
     """Limit that allows no more."""
 
-    def select(self, rows: Rows | Flags) -> Tightest:
-        """Select the ends of some that were tried."""
-        return Tightest(
-            self.low[rows],
-            self.low_state[rows],
-            self.low_by[rows],
-            self.high[rows],
-            self.high_state[rows],
-            self.high_by[rows],
-        )
-
 
 @dataclass(frozen=True, eq=False)
 class Tried:
@@ -149,9 +135,8 @@ class Tried:
     """Tightest ends of the states that count there."""
     power: Array
     """Excess over the limit on power as a share of it; minus infinite without such a limit."""
-    counts: tuple[Flags, ...] = ()
-    """Candidates that count there, (tried, 2, samples), for either kind of limit; () if they are
-    not needed any more."""
+    counts: Flags
+    """Candidates that count there for each kind of limit, (tried, kinds, 2, samples)."""
 
     @cached_property
     def excess(self) -> Array:
@@ -167,35 +152,18 @@ class Tried:
 
     def select(self, rows: Rows | Flags) -> Tried:
         """Select some of them."""
-        counts = tuple(flags[rows] for flags in self.counts)
-        tight = self.tight.select(rows)
-        return Tried(self.design[rows], self.pretension[rows], tight, self.power[rows], counts)
+        selected: Tried = map_arrays(self, lambda values: values[rows])
+        return selected
+
+    def without_counts(self) -> Tried:
+        """Return the same without the candidates that count, which take most of the memory."""
+        return replace(self, counts=np.zeros((len(self.design), 0), dtype=np.bool_))
 
     @classmethod
-    def concatenate(cls, parts: list[Tried]) -> Tried:
+    def concatenate(cls, first: Tried, *others: Tried) -> Tried:
         """Concatenate several of them."""
-        counts = zip(*(part.counts for part in parts), strict=True)
-        tight = zip(*(part.tight for part in parts), strict=True)
-        return cls(
-            np.concatenate([part.design for part in parts]),
-            np.concatenate([part.pretension for part in parts]),
-            Tightest(*(np.concatenate(values) for values in tight)),
-            np.concatenate([part.power for part in parts]),
-            tuple(np.concatenate(flags) for flags in counts),
-        )
-
-
-class CandidateEnds(NamedTuple):
-    """Ends that limits set in candidates at the samples that count, (designs, 2, samples) each."""
-
-    low: Array
-    """Smallest pretension, N; infinite where none keeps a limit."""
-    low_by: Codes
-    """Limit that sets it."""
-    high: Array
-    """Largest pretension, N; minus infinite where none keeps a limit."""
-    high_by: Codes
-    """Limit that sets it."""
+        joined: Tried = map_arrays(first, lambda *values: np.concatenate(values), *others)
+        return joined
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,70 +198,65 @@ class Search:
     # --- Limits on states -------------------------------------------------------------------------
 
     @cached_property
-    def _ends(self) -> tuple[CandidateEnds, CandidateEnds]:
-        """Ends of limits that count in both directions where tendons turn, and of the others."""
+    def _ends(self) -> StateEnds:
+        """Ends that limits set in candidates at the samples that count.
+
+        They are (designs, kinds, 2, samples). The first kind of limit counts in both directions
+        where tendons turn, the second only in states that hold. Where none keeps a limit, `low` is
+        infinite and `high` minus infinite.
+        """
         free = {"min_elbow_stiffness": -np.inf}
         held = {name: self.bounds[name] for name in OF_WHAT_HOLDS if name in self.bounds}
         both = {name: bound for name, bound in self.bounds.items() if name not in OF_WHAT_HOLDS}
         speed = self.bounds.speed
-        return (
-            self._ends_of(Bounds(speed=speed, **free, **both)),
-            self._ends_of(Bounds(speed=speed, **held)),
-        )
-
-    def _ends_of(self, bounds: Bounds) -> CandidateEnds:
-        """Return the ends that some limits set."""
-        ends = ends_of_states(self.moving.candidates, bounds)
-        counted = self.trajectory.counted
+        of_kinds = (Bounds(speed=speed, **free, **both), Bounds(speed=speed, **held))
         shape = (self.count, 2, self.moving.shape[-1])
+        counted = self.trajectory.counted
+        parts = [
+            [
+                np.broadcast_to(values, shape)[..., counted]
+                for values in ends_of_states(self.moving.candidates, bounds)
+            ]
+            for bounds in of_kinds
+        ]
         low, high, low_by, high_by, blocked = (
-            np.broadcast_to(values, shape)[..., counted] for values in ends
+            np.stack(values, axis=1) for values in zip(*parts, strict=True)
         )
         is_blocked = blocked != NOTHING
-        return CandidateEnds(
+        return StateEnds(
             low=np.where(is_blocked, np.inf, low),
-            low_by=np.where(is_blocked, blocked, low_by),
             high=np.where(is_blocked, -np.inf, high),
+            low_by=np.where(is_blocked, blocked, low_by),
             high_by=np.where(is_blocked, blocked, high_by),
+            blocked=blocked,
         )
 
-    def _counts(self, moving: Moving) -> tuple[Flags, Flags]:
-        """Return where candidates count, (..., 2, samples): those that may hold, and that do."""
-        counted = self.trajectory.counted
-        sliding = moving.sliding.within(counted)
+    def _counts(self, moving: Moving) -> Flags:
+        """Return where candidates count for each kind of limit, (tried, kinds, 2, samples)."""
+        sliding = moving.sliding.within(self.trajectory.counted)
         holds = np.concatenate([sliding.flexion, ~sliding.flexion], axis=-2)
-        return holds | sliding.turning, holds & ~sliding.passing
+        return np.stack([holds | sliding.turning, holds & ~sliding.passing], axis=1)
 
-    def _tightest(self, designs: Rows, counts: tuple[Flags, Flags]) -> Tightest:
-        """Return the tightest ends of the candidates that count, for either kind of limit.
+    def _tightest(self, designs: Rows, counts: Flags) -> Tightest:
+        """Return the tightest ends of the candidates that count.
 
         Args:
             designs: Numbers of the designs, (tried,).
-            counts: Candidates that count, (tried, 2, samples).
+            counts: Candidates that count, (tried, kinds, 2, samples).
         """
+        counted = self.trajectory.counted
         values = []
         for sign, end, code in ((1.0, "low", "low_by"), (-1.0, "high", "high_by")):
-            largest: Any = -np.inf
-            state: Any = -1
-            by: Any = np.int8(NOTHING)
-            for ends, which in zip(self._ends, counts, strict=True):
-                asked = np.where(which, sign * getattr(ends, end)[designs], -np.inf)
-                flat = asked.reshape(len(designs), -1)
-                place = flat.argmax(axis=1)
-                top = flat[np.arange(len(designs)), place]
-                codes = getattr(ends, code).reshape(self.count, -1)[designs, place]
-                is_tighter = top > largest
-                largest = np.where(is_tighter, top, largest)
-                state = np.where(is_tighter, self._number(place), state)
-                by = np.where(is_tighter, codes, by)
-            values += [sign * largest, state, by]
+            asked = np.where(counts, sign * getattr(self._ends, end)[designs], -np.inf)
+            flat = asked.reshape(len(designs), -1)
+            place = flat.argmax(axis=1)
+            top = flat[np.arange(len(designs)), place]
+            codes = getattr(self._ends, code).reshape(self.count, -1)[designs, place]
+            _, direction, sample = np.unravel_index(place, asked.shape[1:])
+            state = direction * len(self.trajectory.time) + counted.start + sample
+            is_one = top > -np.inf
+            values += [sign * top, np.where(is_one, state, -1), np.where(is_one, codes, NOTHING)]
         return Tightest(*values)
-
-    def _number(self, place: Rows) -> Rows:
-        """Return the numbers of candidates over both directions and all samples."""
-        counted = self.trajectory.counted
-        direction, sample = np.divmod(place, counted.stop - counted.start)
-        return np.asarray(direction * len(self.trajectory.time) + counted.start + sample)
 
     # --- Pretensions that are tried ---------------------------------------------------------------
 
@@ -308,7 +271,7 @@ class Search:
             counts = self._counts(moving)
             tight = self._tightest(rows, counts)
             parts.append(Tried(rows, pretension, tight, self._power_excess(rows, moving), counts))
-        return Tried.concatenate(parts)
+        return Tried.concatenate(*parts)
 
     def _all_tried(self) -> Tried:
         """Try pretensions until their order is known, by design and then by pretension."""
@@ -326,7 +289,7 @@ class Search:
         below = tried.select(~np.roll(is_first, -1))
         above = tried.select(~is_first)
         finest = _FINEST * (last - first)
-        known = [replace(tried, counts=())]
+        known = [tried.without_counts()]
         for attempt in range(_ROUNDS):
             is_unclear = self._is_unclear(below, above, finest)
             if not is_unclear.any():
@@ -334,19 +297,16 @@ class Search:
             below = below.select(is_unclear)
             above = above.select(is_unclear)
             between = self._try(below.design, _between(below, above, is_aimed=attempt % 3 != 2))
-            known.append(replace(between, counts=()))
-            below = Tried.concatenate([below, between])
-            above = Tried.concatenate([between, above])
-        every = Tried.concatenate(known)
+            known.append(between.without_counts())
+            below = Tried.concatenate(below, between)
+            above = Tried.concatenate(between, above)
+        every = Tried.concatenate(*known)
         return every.select(np.lexsort((every.pretension, every.design)))
 
     def _range(self) -> tuple[Array, Array]:
         """Return the smallest and the largest pretension that may be in a window, (N,) each, N."""
-        least = np.full(self.count, -np.inf)
-        most = np.full(self.count, np.inf)
-        for ends in self._ends:
-            least = np.maximum(least, ends.low.min(axis=1).max(axis=1))
-            most = np.minimum(most, ends.high.max(axis=1).min(axis=1))
+        least = self._ends.low.min(axis=2).max(axis=(1, 2))
+        most = self._ends.high.max(axis=2).min(axis=(1, 2))
         beyond = self._beyond()
         first = np.clip(least, 0.0, beyond)
         last = np.minimum(np.minimum(most, beyond), self.largest)
@@ -363,20 +323,17 @@ class Search:
 
     def _beyond(self) -> Array:
         """Return pretensions beyond every limit of candidates that is one, (N,), N."""
-        largest = np.zeros(self.count)
-        for ends in self._ends:
-            for values in (ends.low, ends.high):
-                finite = np.where(np.isfinite(values), values, 0.0)
-                largest = np.maximum(largest, finite.max(axis=(1, 2)))
-        return largest + _STEP
+        ends = np.stack([self._ends.low, self._ends.high], axis=1)
+        finite = np.where(np.isfinite(ends), ends, 0.0)
+        return np.asarray(finite.reshape(self.count, -1).max(axis=1, initial=0.0) + _STEP)
 
     def _kept_either_way(self, first: Array, last: Array) -> tuple[Array, Array]:
         """Return the ends of what keeps the limits on states in both directions, (N,), N.
 
         They lie within the range that is tried, also where there is no such pretension.
         """
-        low = np.max([ends.low.max(axis=(1, 2)) for ends in self._ends], axis=0)
-        high = np.min([ends.high.min(axis=(1, 2)) for ends in self._ends], axis=0)
+        low = self._ends.low.max(axis=(1, 2, 3))
+        high = self._ends.high.min(axis=(1, 2, 3))
         return np.clip(low, first, last), np.clip(high, first, last)
 
     def _is_unclear(self, below: Tried, above: Tried, finest: Array) -> Flags:
@@ -388,20 +345,16 @@ class Search:
             finest: Least distance between two that are both kept or both not, (N,), N.
         """
         width = above.pretension - below.pretension
-        start = below.pretension[:, np.newaxis, np.newaxis]
-        stop = above.pretension[:, np.newaxis, np.newaxis]
-        may_break = np.zeros(len(width), dtype=np.bool_)
-        stays_broken = np.zeros(len(width), dtype=np.bool_)
-        differ = np.zeros(len(width), dtype=np.bool_)
+        start = below.pretension.reshape(-1, 1, 1, 1)
+        stop = above.pretension.reshape(-1, 1, 1, 1)
+        low = self._ends.low[below.design]
+        high = self._ends.high[below.design]
         # Where a tendon turns, either direction may be the one that holds.
-        is_near = _with_neighbours(below.counts[0] | above.counts[0])
-        for ends, counts, counts_above in zip(self._ends, below.counts, above.counts, strict=True):
-            differ |= (counts != counts_above).any(axis=(1, 2))
-            low = ends.low[below.design]
-            high = ends.high[below.design]
-            may_break |= (is_near & ((low > start) | (high < stop))).any(axis=(1, 2))
-            is_throughout = (low > stop) | (high < start)
-            stays_broken |= (counts & counts_above & is_throughout).any(axis=(1, 2))
+        is_near = with_neighbours(with_neighbours((below.counts | above.counts)[:, :1]))
+        may_break = (is_near & ((low > start) | (high < stop))).any(axis=(1, 2, 3))
+        is_throughout = (low > stop) | (high < start)
+        stays_broken = (below.counts & above.counts & is_throughout).any(axis=(1, 2, 3))
+        differ = (below.counts != above.counts).any(axis=(1, 2, 3))
         least = np.minimum(below.power, above.power)
         most = np.maximum(below.power, above.power)
         with np.errstate(invalid="ignore"):
@@ -498,11 +451,9 @@ class Search:
         """
         if not self.bounds.asks_power:
             return np.full(len(designs), -np.inf)
-        name = LIMIT_NAMES[POWER]
-        bound = np.asarray(self.bounds[name])
+        bound = np.asarray(self.bounds[LIMIT_NAMES[POWER]])
         of_designs = bound.reshape(-1)[designs] if bound.size > 1 else bound.reshape(-1)
-        power = motion_columns(moving, [name])[name]
-        share = (power - of_designs) / np.maximum(of_designs, _TINY)
+        share = (peak_power(moving) - of_designs) / np.maximum(of_designs, _TINY)
         return np.where(np.isnan(share), -np.inf, share)
 
     def _states_of_most_power(self, designs: Rows, pretension: Array) -> Rows:
@@ -515,12 +466,6 @@ class Search:
         sample = counted.start + known.argmax(axis=1)
         flexes = moving.flexion.reshape(len(designs), -1)[np.arange(len(designs)), sample]
         return np.asarray(np.where(flexes, 0, shape[-1]) + sample)
-
-
-def _with_neighbours(flags: Flags) -> Flags:
-    """Return flags of samples, (..., K), with those of two samples before and after each."""
-    flat = flags.reshape(-1, flags.shape[-1])
-    return with_neighbours(with_neighbours(flat)).reshape(flags.shape)
 
 
 def _between(below: Tried, above: Tried, *, is_aimed: bool) -> Array:

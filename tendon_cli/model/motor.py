@@ -51,10 +51,8 @@ class MotorRates:
     """dα/dθ."""
     power: Array
     """τ_m dα/dθ, N m."""
-    stored: Array
-    """U, elastic energy of both tendons and springs, J."""
     storage_rate: Array
-    """dU/dθ, N m."""
+    """dU/dθ, with U the elastic energy of both tendons and springs, N m."""
     friction: Array
     """dW/dθ by the work of friction along both sheaths, N m: below 0 in extension, where θ
     falls."""
@@ -68,6 +66,8 @@ class TendonRates:
     """Rate of the elbow: 1, or its speed along a trajectory, rad/s."""
     winding: Array
     """Length wound on the flexor's spool, m; NaN where both tendons are slack."""
+    wound: Array
+    """The same length, m; 0 where the spool is free."""
     flexor_pulls: Flags
     """True where the flexor is under tension."""
     extensor_pulls: Flags
@@ -80,12 +80,6 @@ class TendonRates:
     """Rate of the distal flexor tension, N."""
     extensor: Array
     """Rate of the distal extensor tension, N."""
-
-    @property
-    def wound(self) -> Array:
-        """Length wound on the flexor's spool, m; 0 where the spool is free."""
-        is_free = np.isnan(self.winding) & ~np.isnan(self.path_shortening)
-        return np.where(is_free, 0.0, self.winding)
 
 
 def tendon_rates(state: State) -> TendonRates:
@@ -135,6 +129,7 @@ def tendon_rates(state: State) -> TendonRates:
     return TendonRates(
         turning=turning,
         winding=winding,
+        wound=wound,
         flexor_pulls=flexor_pulls,
         extensor_pulls=extensor_pulls,
         path_shortening=path_shortening,
@@ -154,6 +149,13 @@ def spool_speed(state: State) -> Array:
     return np.asarray(tendon_rates(state).winding / state.design.flexor_radius)
 
 
+def spool_from_unstretched(state: State) -> Array:
+    """Return the spool angle from the unstretched flexor, a zero for both directions, rad."""
+    resting = state.flexor if state.resting is None else state.resting[0]
+    stretch = resting.compliance * state.design.flexor.pretension
+    return np.asarray(state.spool_angle + stretch / state.design.flexor_radius)
+
+
 def motor_rates(state: State, rates: TendonRates | None = None) -> MotorRates:
     """Return the rates of motor, springs and friction in states.
 
@@ -162,7 +164,6 @@ def motor_rates(state: State, rates: TendonRates | None = None) -> MotorRates:
         rates: Result of `tendon_rates` for them, if it is known already.
     """
     rates = tendon_rates(state) if rates is None else rates
-    design = state.design
     turning = rates.turning
     x = state.balance.flexor
     y = state.balance.extensor
@@ -172,14 +173,10 @@ def motor_rates(state: State, rates: TendonRates | None = None) -> MotorRates:
     extensor_friction = state.extensor.friction_rate(
         y, rates.extensor, -rates.path_lengthening, turning
     )
-    resting_flexor = state.flexor if state.resting is None else state.resting[0]
-    resting_stretch = resting_flexor.compliance * design.flexor.pretension
     return MotorRates(
-        spool_angle=np.asarray(state.spool_angle + resting_stretch / design.flexor_radius),
-        spool_speed=rates.winding / design.flexor_radius,
+        spool_angle=spool_from_unstretched(state),
+        spool_speed=rates.winding / state.design.flexor_radius,
         power=motor_power(state, rates),
-        stored=0.5
-        * (state.flexor.energy_compliance * x * x + state.extensor.energy_compliance * y * y),
         storage_rate=flexor_storing + extensor_storing,
         friction=flexor_friction + extensor_friction,
     )

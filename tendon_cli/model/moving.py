@@ -9,17 +9,23 @@ count nowhere. Arrays of states are (designs..., directions, samples); SI units,
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from tendon_cli.model.actuator import State
+from tendon_cli.model.actuator import State, at_pretension
 from tendon_cli.model.design import Design, map_arrays, shape_of
 from tendon_cli.model.kinematics import Array, Flags, Real, Rows
-from tendon_cli.model.motor import MotorRates, TendonRates, motor_power, motor_rates, tendon_rates
+from tendon_cli.model.motor import (
+    MotorRates,
+    TendonRates,
+    motor_power,
+    motor_rates,
+    spool_from_unstretched,
+    tendon_rates,
+)
 from tendon_cli.model.reversal import SideReversal, side_reversal
 from tendon_cli.model.sliding import (
     BOTH_DIRECTIONS,
@@ -32,7 +38,6 @@ from tendon_cli.model.sliding import (
     spool_turns,
 )
 from tendon_cli.model.trajectory import Trajectory
-from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES, SIDES
 
 _MOST_TURNING = 0.95
 """Largest share of samples at which the tendons turn for which friction's loss is given: a rig of
@@ -55,7 +60,7 @@ class Moving:
 
     def at_pretension(self, pretension: Real) -> Moving:
         """Return the same designs at a pretension of both sides, (..., 1, 1), N."""
-        moved = Moving(_at_pretension(self.candidates, pretension), self.trajectory)
+        moved = Moving(at_pretension(self.candidates, pretension), self.trajectory)
         designs = np.broadcast_shapes(self.shape[:-1], np.shape(pretension)[:-2])
         vars(moved).update(
             shape=(*designs, self.shape[-1]),
@@ -72,8 +77,7 @@ class Moving:
 
     def _flat(self, values: Any) -> Any:
         """Return values of states in one direction as (designs, samples)."""
-        of_states = np.broadcast_to(values, (*self.shape[:-1], 1, self.shape[-1]))
-        return of_states.reshape(math.prod(self.shape[:-1]), self.shape[-1])
+        return self.along(values).reshape(math.prod(self.shape[:-1]), self.shape[-1])
 
     def _of_states(self, values: Any) -> Any:
         """Return values (designs, samples) as those of states in one direction."""
@@ -85,12 +89,17 @@ class Moving:
         place = np.unravel_index(designs, self.shape[:-1]) if self.shape[:-1] else ()
         return np.asarray(whole[(*place, directions, samples)])
 
+    def along(self, values: Any) -> Any:
+        """Return values of states in one direction at all samples, (..., K)."""
+        of_states = np.broadcast_to(values, (*self.shape[:-1], 1, self.shape[-1]))
+        return of_states[..., 0, :]
+
     # --- Which state holds ------------------------------------------------------------------------
 
     @cached_property
     def _spool_angle(self) -> Array:
         """Spool angle of the candidates from the unstretched flexor, rad."""
-        return _from_unstretched_flexor(self.candidates)
+        return spool_from_unstretched(self.candidates)
 
     @cached_property
     def _turns_of_sides(self) -> tuple[SideReversal, SideReversal]:
@@ -154,7 +163,7 @@ class Moving:
     @cached_property
     def state(self) -> State:
         """States that hold, (..., 1, K), with their sliding."""
-        return _with(self._held, sliding=self.sliding)
+        return replace(self._held, sliding=self.sliding)
 
     @cached_property
     def turned(self) -> State:
@@ -245,144 +254,56 @@ def at_samples(at: State, samples: slice, count: int) -> State:
     return selected
 
 
-@dataclass(frozen=True, eq=False)
-class MotionTotals:
-    """Columns of designs along a trajectory, each worked out when it is asked for.
+def motion_columns(moving: Moving) -> dict[str, Array]:
+    """Return columns of designs along a trajectory by name, over the designs' axes.
 
     Integrals over time are sums over its samples; friction's loss has that of the turns, too, and
     is NaN if the tendons turn all the time. Differences are NaN, because there is no other
-    direction at the same angle to compare with. Values are over the designs' axes, with units as in
-    `quantities.OF_CYCLES` and `quantities.OF_TRAJECTORIES`.
+    direction at the same angle to compare with. Units are those of `quantities.OF_CYCLES` and
+    `quantities.OF_TRAJECTORIES`.
     """
+    trajectory = moving.trajectory
+    counted = trajectory.counted
+    rates = moving.motor_rates
+    spool_angle = moving.along(rates.spool_angle)
+    torque_squared = moving.along(np.square(moving.state.motor_torque))
+    turning = moving.along(moving.sliding.turning)
+    differs = moving.along(moving.flexion) != trajectory.is_flexing
+    is_opposite = differs & (trajectory.speed != 0.0)
+    turning_fraction = np.asarray(turning[..., counted].mean(axis=-1))
 
-    moving: Moving
+    # Where an end of a tendon goes back while it turns, friction acts the other way.
+    friction = moving.along(rates.friction)
+    taken = np.where(turning, np.abs(friction), friction)
+    of_turns = moving.along(moving.sliding.turn_loss)[..., counted].sum(axis=-1)
+    slides_somewhere = turning_fraction <= _MOST_TURNING
+    loss = np.where(slides_somewhere, _total(moving, taken) + of_turns, np.nan)
 
-    @property
-    def peak_motor_speed(self) -> Array:
-        """Largest speed of the motor, rad/s."""
-        speed = self._samples(self.moving.motor_rates.spool_speed)
-        return self._largest(np.where(self._passing, np.nan, np.abs(speed)))
-
-    @property
-    def peak_motor_power(self) -> Array:
-        """Largest power that the motor gives, W."""
-        return np.maximum(self._largest(self._known_power), 0.0)
-
-    @property
-    def peak_braking_power(self) -> Array:
-        """Largest power that the motor takes, W."""
-        return np.maximum(self._largest(-self._known_power), 0.0)
-
-    @cached_property
-    def motor_work_in(self) -> Array:
-        """Work that the motor gives, J."""
-        return self._total(np.maximum(self._power, 0.0))
-
-    @property
-    def braking_work(self) -> Array:
-        """Work that the motor takes, J."""
-        return self._total(np.maximum(-self._power, 0.0))
-
-    @cached_property
-    def friction_loss(self) -> Array:
-        """Work that friction takes, J."""
-        counted = self.moving.trajectory.counted
-        friction = self._samples(self.moving.motor_rates.friction)
-        # Where an end of a tendon goes back while it turns, friction acts the other way.
-        taken = np.where(self._turning, np.abs(friction), friction)
-        turn_loss = self._samples(self.moving.sliding.turn_loss)
-        of_turns = turn_loss[..., counted].sum(axis=-1)
-        slides_somewhere = self.turning_fraction <= _MOST_TURNING
-        return np.where(slides_somewhere, self._total(taken) + of_turns, np.nan)
-
-    @property
-    def efficiency(self) -> Array:
-        """1 less the loss over the work that the motor gives."""
-        work = self.motor_work_in
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(np.where(work > 0.0, 1.0 - self.friction_loss / work, np.nan))
-
-    @property
-    def spool_travel(self) -> Array:
-        """Rotation of the spool between its ends, rad."""
-        spool_angle = self._samples(self.moving.motor_rates.spool_angle)
-        return self._largest(spool_angle) + self._largest(-spool_angle)
-
-    @property
-    def max_backlash(self) -> Array:
-        """Largest difference of the spool angle between the directions: unknown, NaN."""
-        return np.full(self.moving.shape[:-1], np.nan)
-
-    @property
-    def max_torque_band(self) -> Array:
-        """Largest difference of the motor torque between the directions: unknown, NaN."""
-        return np.full(self.moving.shape[:-1], np.nan)
-
-    @property
-    def rms_motor_torque(self) -> Array:
-        """Root of the mean square of the motor torque, N m."""
-        weights = self.moving.trajectory.weights
-        squares = self._samples(np.square(self.moving.state.motor_torque))
-        return np.asarray(np.sqrt(squares @ weights / weights.sum()))
-
-    @property
-    def turning_fraction(self) -> Array:
-        """Share of the samples at which the tendons turn."""
-        counted = self.moving.trajectory.counted
-        return np.asarray(self._turning[..., counted].mean(axis=-1))
-
-    @property
-    def opposite_fraction(self) -> Array:
-        """Share of the samples at which the spool turns against the joint."""
-        trajectory = self.moving.trajectory
-        differs = self._samples(self.moving.flexion) != trajectory.is_flexing
-        is_opposite = differs & (trajectory.speed != 0.0)
-        return np.asarray(is_opposite[..., trajectory.counted].mean(axis=-1))
-
-    @property
-    def _passing(self) -> Flags:
-        """True where slack passes from one side to the other, (..., K)."""
-        return np.asarray(self._samples(self.moving.passing))
-
-    @property
-    def _turning(self) -> Flags:
-        """True where the tendons turn, (..., K)."""
-        return np.asarray(self._samples(self.moving.sliding.turning))
-
-    @property
-    def _power(self) -> Array:
-        """Power of the motor, (..., K), W."""
-        return np.asarray(self._samples(self.moving.power))
-
-    @property
-    def _known_power(self) -> Array:
-        """Power of the motor, (..., K), W; NaN where slack passes from one side to the other."""
-        return np.where(self._passing, np.nan, self._power)
-
-    def _samples(self, values: Any) -> Any:
-        """Return values of states in one direction at all samples, (..., K)."""
-        shape = self.moving.shape
-        of_states = np.broadcast_to(values, (*shape[:-1], 1, shape[-1]))
-        return of_states[..., 0, :]
-
-    def _total(self, values: Array) -> Array:
-        """Return the integral of values, (..., K), over time."""
-        known = np.where(self._passing, 0.0, values)
-        return np.asarray(known @ self.moving.trajectory.weights)
-
-    def _largest(self, values: Array) -> Array:
-        """Return the largest of values, (..., K), that count; NaN if none is known."""
-        counted = self.moving.trajectory.counted
-        return np.asarray(np.fmax.reduce(values[..., counted], axis=-1))
+    power = moving.along(moving.power)
+    work = _total(moving, np.maximum(power, 0.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        efficiency = np.asarray(np.where(work > 0.0, 1.0 - loss / work, np.nan))
+    unknown = np.full(moving.shape[:-1], np.nan)
+    return {
+        "peak_motor_speed": _peak_speed(moving),
+        "peak_motor_power": peak_power(moving),
+        "peak_braking_power": np.maximum(_largest_known(moving, -power), 0.0),
+        "motor_work_in": work,
+        "friction_loss": loss,
+        "efficiency": efficiency,
+        "spool_travel": _largest(moving, spool_angle) + _largest(moving, -spool_angle),
+        "max_backlash": unknown,
+        "max_torque_band": unknown,
+        "rms_motor_torque": np.sqrt(torque_squared @ trajectory.weights / trajectory.weights.sum()),
+        "braking_work": _total(moving, np.maximum(-power, 0.0)),
+        "turning_fraction": turning_fraction,
+        "opposite_fraction": np.asarray(is_opposite[..., counted].mean(axis=-1)),
+    }
 
 
-_MOTION_COLUMNS = (*OF_CYCLES, *OF_TRAJECTORIES)
-
-
-def motion_columns(moving: Moving, names: Iterable[str] = _MOTION_COLUMNS) -> dict[str, Array]:
-    """Return columns of designs along a trajectory by name, by default all (`MotionTotals`)."""
-    totals = MotionTotals(moving)
-    return {name: getattr(totals, name) for name in names}
+def peak_power(moving: Moving) -> Array:
+    """Return the largest power that the motor gives, W."""
+    return np.maximum(_largest_known(moving, moving.along(moving.power)), 0.0)
 
 
 def motion_demand(moving: Moving) -> tuple[float, float]:
@@ -390,25 +311,29 @@ def motion_demand(moving: Moving) -> tuple[float, float]:
 
     They are NaN if no sample that counts has a value.
     """
-    totals = MotionTotals(moving)
-    speed = np.fmax.reduce(totals.peak_motor_speed, axis=None)
-    return float(speed), float(np.fmax.reduce(totals.peak_motor_power, axis=None))
+    speed = np.fmax.reduce(_peak_speed(moving), axis=None)
+    return float(speed), float(np.fmax.reduce(peak_power(moving), axis=None))
 
 
-def _from_unstretched_flexor(at: State) -> Array:
-    """Return the spool angle from the unstretched flexor, a zero for both directions, rad."""
-    resting = at.flexor if at.resting is None else at.resting[0]
-    stretch = resting.compliance * at.design.flexor.pretension
-    return np.asarray(at.spool_angle + stretch / at.design.flexor_radius)
+def _peak_speed(moving: Moving) -> Array:
+    """Return the largest speed of the motor, rad/s."""
+    return _largest_known(moving, np.abs(moving.along(moving.motor_rates.spool_speed)))
 
 
-def _at_pretension(at: State, pretension: Real) -> State:
-    """Return states at a pretension of both sides, N, with what it does not change."""
-    sides = {name: replace(getattr(at.design, name), pretension=pretension) for name in SIDES}
-    changed = replace(at, design=replace(at.design, **sides))
-    known = ("coupling", "arm_slopes", "response", "held_stiffness", "motor_arms")
-    vars(changed).update({name: vars(at)[name] for name in known if name in vars(at)})
-    return changed
+def _total(moving: Moving, values: Array) -> Array:
+    """Return the integral of values, (..., K), over time."""
+    known = np.where(moving.along(moving.passing), 0.0, values)
+    return np.asarray(known @ moving.trajectory.weights)
+
+
+def _largest(moving: Moving, values: Array) -> Array:
+    """Return the largest of values, (..., K), that count; NaN if none is known."""
+    return np.asarray(np.fmax.reduce(values[..., moving.trajectory.counted], axis=-1))
+
+
+def _largest_known(moving: Moving, values: Array) -> Array:
+    """Return the largest of values that count, but where slack passes from side to side."""
+    return _largest(moving, np.where(moving.along(moving.passing), np.nan, values))
 
 
 def _choose(values: Array, flexion: Flags) -> Array:
@@ -419,27 +344,15 @@ def _choose(values: Array, flexion: Flags) -> Array:
 
 
 def _pick_direction(candidates: State, flexion: Flags) -> State:
-    """Return the candidates in the directions given, (..., 1, K), with what is known of them."""
+    """Return the candidates in the directions given, (..., 1, K)."""
 
     def choose(values: Array) -> Array:
         return _choose(values, flexion)
 
-    resting = candidates.resting
-    if resting is not None:
-        resting = (resting[0].chosen(choose), resting[1].chosen(choose))
     picked = replace(
         candidates,
-        flexor=candidates.flexor.chosen(choose),
-        extensor=candidates.extensor.chosen(choose),
-        resting=resting,
+        flexor=map_arrays(candidates.flexor, choose),
+        extensor=map_arrays(candidates.extensor, choose),
     )
     vars(picked)["response"] = map_arrays(candidates.response, choose)
     return picked
-
-
-def _with(at: State, **changes: Any) -> State:
-    """Return states with other fields, and all that is known of them."""
-    changed = replace(at, **changes)
-    names = {entry.name for entry in fields(at)}
-    vars(changed).update({name: value for name, value in vars(at).items() if name not in names})
-    return changed

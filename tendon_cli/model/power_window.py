@@ -20,7 +20,7 @@ from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design, shape_of
 from tendon_cli.model.kinematics import Array, Flags, Real, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, POWER
-from tendon_cli.model.motor import select_points, spool_speed
+from tendon_cli.model.motor import motor_power, select_points, spool_speed, tendon_rates
 from tendon_cli.model.window import Window
 
 _STEP = 100.0  # N; first step of the search for an upper end, where a window has none
@@ -88,25 +88,29 @@ def power_excess(
         bounds: Limits of the design.
         pretension: Pretension, N.
     """
-    motor = Motor(design, elbow_angle, flexion, (1, 1), bounds.speed)
+    taut = replace(design.with_pretension(np.array(pretension)), unilateral=False)
+    trajectory = design.trajectory
+    if trajectory is None:
+        state = evaluate(taut, elbow_angle, flexion)
+        turning = np.where(flexion, bounds.speed, -np.asarray(bounds.speed))
+    else:
+        counted = trajectory.counted
+        state = evaluate(taut, elbow_angle[:, counted], flexion[:, counted])
+        turning = np.ones(())
+    power = turning * motor_power(state, tendon_rates(state))
     bound = np.asarray(bounds.of(design)[LIMIT_NAMES[POWER]]).item()
-    return complex(motor.peak_power(np.array([pretension]))[0] - bound)
+    return complex(np.max(power) - bound)
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class Motor:
-    """Power of the motor in all states of designs while all are taut.
-
-    Attributes:
-        trajectory: Motion in time, along which rates are per second; or None.
-        velocity: Speed of the elbow in each state with its sign, rad/s; 1 along a trajectory.
-    """
+    """Power of the motor in all states of designs while all are taut."""
 
     design: Design
     angles: Array
     """Elbow angles, (1, K), rad."""
     flexion: Flags
-    """Directions of motion, (D, 1), or (1, K) along a trajectory."""
+    """Directions of motion, (D, 1)."""
     shape: tuple[int, ...]
     """Shape of the designs."""
     speed: Real
@@ -114,19 +118,9 @@ class Motor:
     loads: tuple[float, float] | None = None
     """Least and largest load, kg; power is then the largest for any load between."""
 
-    def __post_init__(self) -> None:
-        self.trajectory = self.design.trajectory
-        if self.trajectory is not None and self.angles.size == len(self.trajectory.time):
-            counted = self.trajectory.counted
-            self.angles = self.angles[:, counted]
-            self.flexion = self.flexion[:, counted]
-        states = len(self.flexion), self.angles.size
-        signs = np.broadcast_to(np.where(self.flexion, 1.0, -1.0), states)
-        self.velocity = signs * self.speed if self.trajectory is None else np.ones(states)
-
     @cached_property
     def spool_speed(self) -> AtPretension:
-        """Rotation of the spool per radian of the elbow; along a trajectory rad/s."""
+        """Rotation of the spool per radian of the elbow."""
         return self._lines(spool_speed)
 
     @cached_property
@@ -149,7 +143,7 @@ class Motor:
 
     def _flat(self, values: Array) -> Array:
         """Return values of states as (designs, states)."""
-        shape = (*self.shape, len(self.flexion), values.shape[-1])
+        shape = (*self.shape, len(self.flexion), self.angles.size)
         flat = (math.prod(self.shape), math.prod(shape[-2:]))
         return np.broadcast_to(values, shape).reshape(flat)
 
@@ -162,7 +156,7 @@ class Motor:
         Returns:
             Power, (designs,); with `loads` the largest for any load between.
         """
-        velocity = self._flat(self.velocity)
+        velocity = self._flat(np.where(self.flexion, self.speed, -np.asarray(self.speed)))
         power = np.asarray(velocity * self.torque(at) * self.spool_speed(at))
         if self.loads is None:
             return np.asarray(np.max(power, axis=1))

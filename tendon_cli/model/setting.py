@@ -151,9 +151,4 @@ def with_set_pretension(design: Design) -> Design:
     """Return a design whose pretension, given as a reading, is converted to F0; `read` stays."""
     if design.shows_f0:
         return design
-    pretension = pretension_of(design, design.flexor.pretension)
-    return replace(
-        design,
-        flexor=replace(design.flexor, pretension=pretension),
-        extensor=replace(design.extensor, pretension=pretension),
-    )
+    return design.with_pretension(pretension_of(design, design.flexor.pretension))

@@ -9,14 +9,13 @@ supposes that the curvature is spread evenly along the sheath. The rest of the m
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from tendon_cli.model.design import Side, map_arrays
+from tendon_cli.model.design import Side
 from tendon_cli.model.kinematics import Array, Flag, Real
 
 _LEAST_EXPONENT = 1e-100
@@ -238,17 +237,6 @@ class Sheathed:
         bending = (proximal * self._tendon_rate - 0.5 * self._strain_rate) * turning
         along = tension_rate * (proximal * self.tendon - self.strain) + tension * bending
         return np.asarray(tension * ((proximal - 1.0) * sliding + along))
-
-    def chosen(self, choose: Callable[[Array], Array]) -> Sheathed:
-        """Return the sheath with each of its arrays changed, and what is known of it alike.
-
-        Args:
-            choose: Function of an array, such as the choice of one direction.
-        """
-        changed: Sheathed = map_arrays(self, choose)
-        for name in ("compliance", "exponent", "strain", "energy_compliance"):
-            vars(changed)[name] = choose(np.asarray(getattr(self, name)))
-        return changed
 
 
 def sheath_of(side: Side, toward: Real, angle: Real) -> Sheathed:

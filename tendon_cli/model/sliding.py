@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.statics import BOTH_SLACK, EXTENSOR_SLACK, FLEXOR_SLACK, Status
+from tendon_cli.model.trajectory import lasting_signs
 
 BOTH_DIRECTIONS = np.array([[True], [False]])
 """Directions in which tendons may slide: as in flexion, then as in extension."""
@@ -91,7 +91,7 @@ def spool_turns(spool_angle: Array, play: Callable[[Rows, Rows], Array]) -> tupl
         True where the spool turns as in flexion, (N, K); and the turns.
     """
     angle = _held(spool_angle)
-    steps = _directions(angle)  # (N, K - 1)
+    steps = lasting_signs(np.diff(angle, axis=1))  # (N, K - 1)
     first = steps[:, 0] > 0
     designs, samples = np.nonzero(steps[:, 1:] != steps[:, :-1])
     samples += 1
@@ -111,21 +111,6 @@ def _held(angle: Array) -> Array:
     last = np.maximum.accumulate(places, axis=1)
     held = np.take_along_axis(angle, last, axis=1)
     return np.nan_to_num(held)
-
-
-def _directions(angle: Array) -> npt.NDArray[np.int8]:
-    """Return the signs of the steps of angles, (N, K - 1); at rest that of the last motion."""
-    steps = np.sign(np.diff(angle, axis=1)).astype(np.int8)
-    if steps.all():
-        return steps
-    count = steps.shape[1]
-    places = np.where(steps != 0, np.arange(count), -1)
-    last = np.maximum.accumulate(places, axis=1)
-    moves = steps != 0
-    first = np.where(moves.any(axis=1), moves.argmax(axis=1), 0)
-    places = np.where(last < 0, first[:, np.newaxis], last)
-    directions = np.take_along_axis(steps, places, axis=1)
-    return np.where(directions == 0, np.int8(1), directions)
 
 
 def _confirmed(
@@ -247,10 +232,10 @@ def against(speeds: list[tuple[Array, Flags]], flexion: Flags) -> Flags:
 
 
 def with_neighbours(flags: Flags) -> Flags:
-    """Return flags with those of the samples before and after each, (N, K)."""
+    """Return flags with those of the samples before and after each, (..., K)."""
     widened = flags.copy()
-    widened[:, 1:] |= flags[:, :-1]
-    widened[:, :-1] |= flags[:, 1:]
+    widened[..., 1:] |= flags[..., :-1]
+    widened[..., :-1] |= flags[..., 1:]
     return widened
 
 

@@ -275,25 +275,3 @@ class Balance:
         """Path length that no tendon takes up, σ >= 0; 0 where taut, m."""
         taut = np.where(np.isnan(self.coupling.moment_arm), np.nan, np.zeros_like(self.margin))
         return np.where(self.is_slack & np.asarray(self.response.unilateral), self.path, taut)
-
-
-def solve(
-    state: Coupling,
-    flexor_pretension: Real,
-    extensor_pretension: Real,
-    *,
-    unilateral: Flag = True,
-    response: Response | None = None,
-) -> Balance:
-    """Return the solution of states at pretensions: distal tensions, slack sides and status.
-
-    Args:
-        state: Equations of the state.
-        flexor_pretension: Pretension of the flexor, N.
-        extensor_pretension: Pretension of the extensor, N.
-        unilateral: True where tendons cannot push; else the paper's bilateral model.
-        response: Result of `respond` for this state, if it is known already.
-    """
-    response = respond(state, unilateral=unilateral) if response is None else response
-    pretension = state.common_pretension(flexor_pretension, extensor_pretension)
-    return Balance(state, response, pretension)

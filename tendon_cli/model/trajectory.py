@@ -8,11 +8,28 @@ load. Which way the tendons slide is not part of the motion, but follows from ea
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from tendon_cli.model.kinematics import Array, Flags, Real
 
 _SAME_TIME = 1e-9
 """Distance within which two times are the same but for rounding, as a share of a step."""
+
+
+def lasting_signs(rates: Array) -> npt.NDArray[np.int8]:
+    """Return the signs of rates, (N, K); at rest that of the last motion.
+
+    Before the first motion it is that of the first, and 1 without any.
+    """
+    signs = np.sign(rates).astype(np.int8)
+    moves = signs != 0
+    if moves.all():
+        return signs
+    places = np.where(moves, np.arange(rates.shape[1]), -1)
+    last = np.maximum.accumulate(places, axis=1)
+    first = moves.argmax(axis=1)[:, np.newaxis]
+    lasting = np.take_along_axis(signs, np.where(last < 0, first, last), axis=1)
+    return np.where(lasting == 0, np.int8(1), lasting)
 
 
 class Trajectory:
@@ -67,13 +84,7 @@ class Trajectory:
     @property
     def is_flexing(self) -> Flags:
         """True at samples at which the joint flexes (K,); at rest as in its last motion."""
-        direction = np.sign(self.speed)
-        moves = direction != 0.0
-        if not moves.any():
-            return np.ones(len(direction), dtype=np.bool_)
-        last = np.maximum.accumulate(np.where(moves, np.arange(len(direction)), -1))
-        first = int(np.argmax(moves))
-        return np.asarray(direction[np.where(last < 0, first, last)] > 0.0)
+        return np.asarray(lasting_signs(self.speed[np.newaxis])[0] > 0)
 
     @property
     def counted(self) -> slice:

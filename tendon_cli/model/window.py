@@ -90,28 +90,6 @@ class StateEnds(NamedTuple):
     """First limit that no pretension keeps, or NOTHING."""
 
 
-def window(design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds) -> Window:
-    """Return the windows of designs over their states.
-
-    Args:
-        design: Designs.
-        elbow_angle: Angles, (1, K), rad.
-        flexion: Directions of motion, (D, 1), or (1, K) along a trajectory.
-        bounds: Limits of the designs.
-    """
-    at = State.of(design, elbow_angle, flexion)
-    states = len(flexion), elbow_angle.size
-    arrays = (
-        *ends_of_states(at, bounds),
-        ceiling(design, bounds),
-        broken_by_design(design, bounds),
-    )
-    shape = np.broadcast_shapes(*(array.shape for array in arrays), states)
-    folded = begin(shape[:-2])
-    fold(folded, at, bounds, np.arange(states[0] * states[1]).reshape(states))
-    return with_binding_limits(finish(folded, design, bounds), design, elbow_angle, flexion, bounds)
-
-
 def begin(shape: tuple[int, ...]) -> Extremes:
     """Return the tightest ends over no state yet, for designs of a shape.
 
@@ -167,8 +145,9 @@ def finish(folded: Extremes, design: Design, bounds: Bounds) -> Ends:
     """Return the ends, from the tightest over all states and from what holds for whole designs."""
     is_broken = drop_state_axes(broken_by_design(design, bounds)) != NOTHING
     largest = drop_state_axes(ceiling(design, bounds))
-    low, high = pretensions(folded, design, bounds)
-    is_empty = np.isnan(low)
+    is_empty = np.isfinite(folded["blocked"]) | is_broken
+    low = nan_where(is_empty, np.maximum(folded["low"], 0.0))
+    high = nan_where(is_empty, np.minimum(folded["high"], largest))
     blocked_state = np.where(is_broken, -1.0, folded["blocked"])
     is_low_zero = ~(folded["low"] > 0.0)
     is_high_ceiling = (largest < folded["high"]) | np.isinf(folded["high"])
@@ -182,15 +161,6 @@ def finish(folded: Extremes, design: Design, bounds: Bounds) -> Ends:
         low_angle=np.full(low.shape, np.nan),
         high_angle=np.full(high.shape, np.nan),
     )
-
-
-def pretensions(folded: Extremes, design: Design, bounds: Bounds) -> tuple[Array, Array]:
-    """Return the smallest and the largest pretension of windows, as `Ends` has them, N."""
-    is_broken = drop_state_axes(broken_by_design(design, bounds)) != NOTHING
-    is_empty = np.isfinite(folded["blocked"]) | is_broken
-    low = np.maximum(folded["low"], 0.0)
-    high = np.minimum(folded["high"], drop_state_axes(ceiling(design, bounds)))
-    return nan_where(is_empty, low), nan_where(is_empty, high)
 
 
 def ceiling(design: Design, bounds: Bounds) -> Array:
@@ -257,21 +227,19 @@ def with_binding_limits(
         ends: Ends of windows.
         design: Designs.
         elbow_angle: Angles of all states, (1, K), rad.
-        flexion: Directions of all states, (D, 1), or (1, K) along a trajectory.
+        flexion: Directions of all states, (D, 1).
         bounds: Limits of the designs.
     """
     broken = drop_state_axes(broken_by_design(design, bounds))
-    directions = np.broadcast_to(flexion, (len(flexion), elbow_angle.size))
 
     def binding(state: Rows, beside: Array, *, upper: bool) -> Codes:
         """Return the codes of the limits that bind in states, or at the angles `beside` them."""
         direction, place = np.divmod(np.maximum(state, 0), elbow_angle.size)
         angle = np.where(np.isnan(beside), elbow_angle.ravel()[place], beside)
-        flexing = directions[direction, place]
         at = State.of(
             design,
             angle[..., np.newaxis, np.newaxis],
-            flexing[..., np.newaxis, np.newaxis],
+            flexion.ravel()[direction][..., np.newaxis, np.newaxis],
         )
         of_states = ends_of_states(at, bounds)
         in_state = drop_state_axes(of_states.high_by if upper else of_states.low_by)

@@ -12,13 +12,15 @@ from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.limits import CONTACT_PRESSURE
 from tendon_cli.model.motor import select_points
 from tendon_cli.model.setting import pretension_of
-from tendon_cli.proof.subdivision import Cells, Setup, Verdict, first_cells, judge
+from tendon_cli.proof.subdivision import Cells, Setup, Verdict, judge
 from tendon_cli.space.axis import scale_of
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import LEAN, LOADS, Question
 
 _ENDLESS = 1e6
 """Pretension up to which a window without an upper end is proved, N."""
+_FIRST_CELLS = 8
+"""Cells of the angle that a proof begins with, besides those that end at knots."""
 _WIDEST_ARC = np.pi / 4.0
 """Largest arc of postures that a proof begins with, rad: it must be less than half a turn."""
 
@@ -66,6 +68,9 @@ class ConditionArcs:
     def first_cells(self, rows: Rows) -> Cells:
         """Return the cells that a proof of some conditions begins with.
 
+        They lie in each direction, at both ends of the windows, and span the whole box. They end at
+        the angles of kinks, and at those where a limit begins.
+
         Args:
             rows: Rows of the conditions.
         """
@@ -79,13 +84,29 @@ class ConditionArcs:
         knots = design.knots
         if question.bounds.of(design).asks(CONTACT_PRESSURE).any():
             knots = np.union1d(knots, design.arm.first_contact)
-        return first_cells(
+        first = float(question.angles.min())
+        last = float(question.angles.max())
+        inner_knots = knots[(knots > first) & (knots < last)]
+        edges = np.unique([*np.linspace(first, last, _FIRST_CELLS + 1), *inner_knots])
+        places = np.arange(max(1, len(edges) - 1))
+        axes = np.meshgrid(
             rows,
-            (float(question.angles.min()), float(question.angles.max())),
+            np.arange(len(arcs)),
             question.flexion.ravel(),
-            knots,
-            len(question.box),
-            np.array(arcs),
+            [False, True],
+            places,
+            indexing="ij",
+        )
+        row, arc, direction, upper, place = (axis.ravel() for axis in axes)
+        whole_box = np.ones((len(row), len(question.box)))
+        next_place = np.minimum(place + 1, len(edges) - 1)
+        arc_from, arc_to = np.array(arcs)[arc].T
+        return Cells(
+            row,
+            direction,
+            upper,
+            low=np.column_stack([edges[place], -whole_box, arc_from]),
+            high=np.column_stack([edges[next_place], whole_box, arc_to]),
         )
 
     def design(

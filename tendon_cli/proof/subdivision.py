@@ -28,8 +28,6 @@ from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.proof.enclosed_states import box_design, enclose_states, limit_values
 from tendon_cli.proof.series import ORDER, Series
 
-FIRST_CELLS = 8
-"""Cells of the angle that a proof begins with, besides those that end at knots."""
 MOST_CELLS = 2**20
 """Cells after which the proof of a choice is given up."""
 _BOX_COST = 8  # one cell of a box takes as long as so many of angles alone
@@ -110,41 +108,6 @@ def concatenate(parts: Sequence[Cells]) -> Cells:
     names = vars(parts[0])
     return Cells(
         **{name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-    )
-
-
-def first_cells(
-    rows: Rows,
-    angles: tuple[float, float],
-    flexion: Flags,
-    knots: Array,
-    numbers: int,
-    arcs: Array,
-) -> Cells:
-    """Return the first cells of designs, in each direction, at both ends of windows.
-
-    Args:
-        rows: Rows of the designs' conditions.
-        angles: First and last elbow angle, rad.
-        flexion: Directions of motion.
-        knots: Angles at which cells must end, rad: those of kinks, and those where a limit begins.
-        numbers: Count of numbers of a design that lie in a box; each cell spans the whole box.
-        arcs: Ends of arcs of postures, (arcs, 2), rad.
-    """
-    low, high = angles
-    inner_knots = knots[(knots > low) & (knots < high)]
-    edges = np.unique([*np.linspace(low, high, FIRST_CELLS + 1), *inner_knots])
-    places = np.arange(max(1, len(edges) - 1))
-    axes = np.meshgrid(rows, np.arange(len(arcs)), flexion, [False, True], places, indexing="ij")
-    row, arc, direction, upper, place = (axis.ravel() for axis in axes)
-    box = np.ones((len(row), numbers))
-    next_place = np.minimum(place + 1, len(edges) - 1)
-    return Cells(
-        row,
-        direction,
-        upper,
-        low=np.column_stack([edges[place], -box, arcs[arc, 0]]),
-        high=np.column_stack([edges[next_place], box, arcs[arc, 1]]),
     )
 
 

@@ -391,7 +391,7 @@ class Solver:
             points.at_pretension(pretension), in_numpy=True
         ):
             if trajectory is not None:
-                columns = motion_columns(Moving.of(design, trajectory), names)
+                columns = motion_columns(Moving.of(design, trajectory))
             else:
                 motion = question.angles, question.flexion, float(question.bounds.speed)
                 columns = cycle_columns(design, *motion, names)

@@ -85,7 +85,9 @@ def kinds_of_code():
     with pytest.MonkeyPatch.context() as patch:
 
         def choose(kind):
-            patch.setattr(kernel, "kind", lambda: kind)
+            patch.setattr(kernel, "native", lambda: None if kind is None else code)
+            if kind is not None:
+                patch.setattr(code, "kind", kind)
 
         yield (*compiled, None), choose
 

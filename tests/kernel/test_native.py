@@ -43,7 +43,6 @@ elbow_angle = { from = "-30 deg", to = "120 deg", num = 97 }
 
 def look_for_code_again():
     kernel.native.cache_clear()
-    kernel.kind.cache_clear()
 
 
 @pytest.fixture
@@ -53,7 +52,7 @@ def wanted(monkeypatch):
     def choose(*, code):
         monkeypatch.setenv(kernel.NO_COMPILED_VARIABLE, "" if code else "1")
         look_for_code_again()
-        assert (kernel.kind() is not None) == code
+        assert (kernel.native() is not None) == code
 
     yield choose
     monkeypatch.undo()
@@ -129,7 +128,6 @@ GIVEN = {name: np.ones((2, 1, 4)) for name in NAMES}
 @pytest.mark.parametrize(
     ("fault", "problem"),
     [
-        ({"kind": "abacus"}, "no code named abacus"),
         ({"given": GIVEN | {"sine": np.zeros((2, 3))}}, "sine has the shape"),
         (
             {"given": GIVEN | {"sine": np.zeros((2, 1, 8))[..., ::2]}},
@@ -152,7 +150,6 @@ GIVEN = {name: np.ones((2, 1, 4)) for name in NAMES}
 )
 def test_it_refuses_what_does_not_fit(fault, problem):
     call = {
-        "kind": "plain",
         "shape": (2, 1, 4),
         "given": GIVEN,
         "keys": {},

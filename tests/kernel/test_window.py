@@ -86,16 +86,3 @@ def test_windows_are_the_same_to_the_bit_by_whatever_code(seed, monkeypatch):
             for result in (folded(states, bounds), folded(states, bounds, cuts)):
                 for name in ENDS:
                     assert same_bits(result[name], expected[name]), (kind, name)
-
-
-def test_a_windows_ends_are_those_of_its_states():
-    rng = np.random.default_rng(5)
-    for _ in range(20):
-        states = random_states(rng, "both")
-        bounds = random_bounds(rng, states.shape[:-2])
-        ends = window.finish(folded(states, bounds), states.design, bounds)
-        design = with_parts(states.design)
-        alone = window.window(design, states.angles.reshape(1, -1), states.flexion, bounds)
-        for name in ("low", "high", "low_state", "high_state"):
-            expected = np.broadcast_to(getattr(alone, name), states.shape[:-2])
-            np.testing.assert_array_equal(expected, getattr(ends, name), name)

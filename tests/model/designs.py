@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from tendon_cli.model.design import Design, Limb, Side
+from tendon_cli.engine.window_fold import fold_ends
+from tendon_cli.model.design import Design, Limb, Side, shape_of
 from tendon_cli.model.kinematics import Anchors
+from tendon_cli.model.window import with_binding_limits
 
 SIDES = ("flexor", "extensor")
 
@@ -169,3 +171,11 @@ def worn(count: int, seed: int):
     p["joint_stiffness"] = np.where(rng.random(count) < 0.2, 0.0, rng.uniform(0.0, 3.0, count))
     p["rest_angle"] = rng.uniform(-0.2, 2.0, count)
     return p, angle, flexion
+
+
+def window_of(made, angles, flexion, bounds):
+    """Return the windows of designs over their states, but for a limit on power."""
+    of_bounds = [np.shape(bound)[:-2] for bound in bounds.values()]
+    shape = np.broadcast_shapes(shape_of(made), *of_bounds)
+    ends = fold_ends(made, shape, angles, flexion, bounds)
+    return with_binding_limits(ends, made, angles, flexion, bounds)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from tendon_cli.model import actuator, window
+from tendon_cli.model import actuator
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design, Limb, Posture, Side
@@ -20,7 +20,7 @@ from tendon_cli.model.statics import NO_EQUILIBRIUM, TAUT
 from tests.sampled import quick_and_torture
 
 from . import rig
-from .designs import BOTH_DIRECTIONS, baseline, design
+from .designs import BOTH_DIRECTIONS, baseline, design, window_of
 
 STEP = 5e-3
 """Step of differences of sixth order, rad."""
@@ -88,7 +88,7 @@ def suit_of_the_checks(travels, torque, bend, curve=Exact, start=0.3, pretension
 def window_from_0_to(last, count, suit):
     """Return the window of a suit over angles from 0 to the last, rad."""
     angles = np.linspace(0.0, last, count)[np.newaxis]
-    return window.window(suit, angles, BOTH_DIRECTIONS, Bounds())
+    return window_of(suit, angles, BOTH_DIRECTIONS, Bounds())
 
 
 def test_the_state_and_the_window_of_a_joint_whose_arms_both_change():

@@ -7,9 +7,8 @@ from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.limits import LIMIT_NAMES, POWER
 from tendon_cli.model.motor import cycle_columns
 from tendon_cli.model.power_window import within_power
-from tendon_cli.model.window import window
 
-from .designs import BOTH_DIRECTIONS, baseline, design
+from .designs import BOTH_DIRECTIONS, baseline, design, window_of
 
 ANGLES = np.radians(np.linspace(0.0, 90.0, 10)).reshape(1, -1)
 SPEED = np.radians(60.0)
@@ -23,8 +22,8 @@ def grid_windows(**limits):
     load = np.array(LOADS).reshape(1, -1, 1, 1)
     made = design(baseline(ratio=ratio, load_mass=load))
     bounds = Bounds(speed=SPEED, **limits)
-    wide = window(made, ANGLES, BOTH_DIRECTIONS, Bounds())
-    of_forms = window(made, ANGLES, BOTH_DIRECTIONS, bounds)
+    wide = window_of(made, ANGLES, BOTH_DIRECTIONS, Bounds())
+    of_forms = window_of(made, ANGLES, BOTH_DIRECTIONS, bounds)
     return wide, within_power(of_forms, made, ANGLES, BOTH_DIRECTIONS, bounds)
 
 
@@ -103,7 +102,7 @@ def test_the_widest_interval_that_keeps_a_limit_is_used():
     """The motor's power first falls and then rises with pretension."""
     changes = {"load_mass": 3.0, "ratio": 0.7}
     made = design(baseline(**changes))
-    wide = window(made, ANGLES, BOTH_DIRECTIONS, Bounds())
+    wide = window_of(made, ANGLES, BOTH_DIRECTIONS, Bounds())
     pretension = np.linspace(float(wide.low), float(wide.high), 200)
     power = results_at(pretension, "peak_motor_power", **changes)
     limit = float(np.quantile(power, 0.5))
@@ -119,7 +118,7 @@ def test_the_widest_interval_that_keeps_a_limit_is_used():
 
 def test_without_an_upper_end_the_window_ends_where_a_limit_does():
     made = design(baseline(load_mass=3.0))
-    wide = window(made, ANGLES, BOTH_DIRECTIONS, Bounds(min_elbow_stiffness=-np.inf))
+    wide = window_of(made, ANGLES, BOTH_DIRECTIONS, Bounds(min_elbow_stiffness=-np.inf))
     assert np.isinf(wide.high)
 
     def left_by(most):

@@ -205,6 +205,13 @@ COMPLIANCE = st.floats(1e-5, 2e-3)
 PRETENSION = st.floats(0.0, 400.0)
 
 
+def balance_at(coupling, flexor_pretension, extensor_pretension, *, unilateral=True):
+    """Return the balance of a state at pretensions of both sides."""
+    response = statics.respond(coupling, unilateral=unilateral)
+    pretension = coupling.common_pretension(flexor_pretension, extensor_pretension)
+    return statics.Balance(coupling, response, pretension)
+
+
 @given(
     POSITIVE,
     POSITIVE,
@@ -241,8 +248,8 @@ def test_exchanging_the_tendons_turns_the_spool_ratio_over(
         mismatch=np.asarray(h_e / ratio - h_f),
         elbow_torque=np.asarray(-torque),
     )
-    a = statics.solve(arm_itself, f_f, f_e, unilateral=unilateral)
-    b = statics.solve(mirror_image, f_e, f_f, unilateral=unilateral)
+    a = balance_at(arm_itself, f_f, f_e, unilateral=unilateral)
+    b = balance_at(mirror_image, f_e, f_f, unilateral=unilateral)
     compliance = ratio * c_f + c_e
     largest_force = max(
         f_f, f_e, abs(a.flexor), abs(a.extensor), abs(torque / arm), abs(torque / radius)
@@ -276,9 +283,9 @@ def test_exactly_at_the_edge_rounding_does_not_make_a_state_slack():
     least = float(statics.respond(edge).required)
     for share, status in ((1 + 1e-11, TAUT), (1 - 1e-11, TAUT), (1 - 1e-7, EXTENSOR_SLACK)):
         for unilateral in (True, False):
-            balance = statics.solve(edge, share * least, share * least, unilateral=unilateral)
+            balance = balance_at(edge, share * least, share * least, unilateral=unilateral)
             assert balance.status == status
     mirrored = replace(edge, elbow_torque=np.asarray(-7.0))
     least = float(statics.respond(mirrored).required)
-    assert statics.solve(mirrored, least, least).status == TAUT
-    assert statics.solve(mirrored, least * (1 - 1e-7), least * (1 - 1e-7)).status == FLEXOR_SLACK
+    assert balance_at(mirrored, least, least).status == TAUT
+    assert balance_at(mirrored, least * (1 - 1e-7), least * (1 - 1e-7)).status == FLEXOR_SLACK

@@ -6,12 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tendon_cli.model import actuator, extremes, limits, window
+from tendon_cli.model import actuator, extremes, limits
 from tendon_cli.model.bounds import Bounds, limit_end
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
 from tendon_cli.model.motor import motor_rates
 
-from .designs import BOTH_DIRECTIONS, SIDES, baseline, design, worn
+from .designs import BOTH_DIRECTIONS, SIDES, baseline, design, window_of, worn
 
 ANGLES = np.radians(np.arange(91.0))[np.newaxis]
 MAX_TENSION = LIMIT_NAMES.index("max_tension")
@@ -21,7 +21,7 @@ LOADS = np.array([0.0, 3.0, 5.0, 10.0]).reshape(-1, 1, 1)
 def windows(loads=LOADS, bounds=None, angles=ANGLES, **changes):
     """Return the windows of the baseline with changes, one for each load."""
     made = design(baseline(load_mass=loads, **changes))
-    return window.window(made, angles, BOTH_DIRECTIONS, bounds or Bounds())
+    return window_of(made, angles, BOTH_DIRECTIONS, bounds or Bounds())
 
 
 def common_window(result, loads=slice(None)):
@@ -135,7 +135,7 @@ def problem():
 def ends(problem):
     """Return the windows of the problem."""
     p, angles, bounds = problem
-    return window.window(bilateral(p), angles, BOTH_DIRECTIONS, bounds)
+    return window_of(bilateral(p), angles, BOTH_DIRECTIONS, bounds)
 
 
 def bilateral(p, pretension=0.0):

@@ -333,7 +333,7 @@ def test_a_mutated_model_turns_some_finding_claim_or_number_red(monkeypatch, tmp
     for attribute, value in mutation.attributes.items():
         monkeypatch.setattr(mutation.owner, attribute, value)
     # Compiled code would not be mutated.
-    monkeypatch.setattr("tendon_cli.kernel.kind", lambda: None)
+    monkeypatch.setattr("tendon_cli.kernel.native", lambda: None)
     _, mutated = evaluate(tmp_path)
     kinds = {entry_id[0] for entry_id in entries_off(mutated)}
     assert kinds >= {"F", "C"}

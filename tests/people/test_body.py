@@ -10,7 +10,6 @@ from tendon_cli.model.body import Body, anchor_scales, forearm_com, forearm_mass
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.kinematics import Anchors
 from tendon_cli.model.statics import respond
-from tendon_cli.model.window import window
 from tendon_cli.studies.people.population import draw
 from tendon_cli.studies.people.survey import ansur2
 from tests.model import designs, rig
@@ -157,7 +156,7 @@ def test_the_window_of_a_person_worked_by_hand_is_where_the_rig_is_taut_and_stab
         **BY_HAND[name].arm, spring_stiffness=5e3, ratio=0.6, load_mass=load_mass
     )
     angles = np.radians([1e-9, 30.0, 60.0, 90.0])
-    ends = window(designs.design(suit), angles[np.newaxis], BOTH_DIRECTIONS, Bounds())
+    ends = designs.window_of(designs.design(suit), angles[np.newaxis], BOTH_DIRECTIONS, Bounds())
     low = float(ends.low)
     high = float(ends.high)
     assert 0.0 < low < high < np.inf

@@ -6,7 +6,7 @@ import pytest
 import tendon_cli as tendon
 from tendon_cli.answers.people import person_of
 from tendon_cli.errors import StudyError
-from tendon_cli.model import limits, window
+from tendon_cli.model import limits
 from tendon_cli.space.axis import scale_of
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.people.person import person_study
@@ -79,7 +79,7 @@ def test_the_served_share_is_that_of_windows_counted_one_by_one(tmp_path):
                 design = designs.design(
                     designs.baseline(**arm, load_mass=mass, ratio=ratio, spring_stiffness=5e3)
                 )
-                ends = window.window(design, question.angles, question.flexion, question.bounds)
+                ends = designs.window_of(design, question.angles, question.flexion, question.bounds)
                 low[person, load] = ends.low
                 high[person, load] = ends.high
         lows = low.max(axis=1)

@@ -16,11 +16,11 @@ from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.results import Run
 from tendon_cli.engine.run import RunOptions, run_task
 from tendon_cli.engine.sweep import Sweep
+from tendon_cli.engine.window_fold import fold_ends
 from tendon_cli.fits.friction.fit_result import Fit
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.design import Design
+from tendon_cli.model.design import Design, shape_of
 from tendon_cli.model.kinematics import Array, Flags
-from tendon_cli.model.window import window as window_of
 from tendon_cli.quantities import SIDES
 from tendon_cli.studies.load import load_study, study_from
 from tendon_cli.studies.starter import examples_folder
@@ -193,7 +193,8 @@ class PaperTables:
         Returns:
             Lowest and highest pretension by design; there is none if the lowest is larger.
         """
-        solved = window_of(*self.inputs(), Bounds())
+        design, angles, flexion = self.inputs()
+        solved = fold_ends(design, shape_of(design), angles, flexion, Bounds())
         selected = self.is_selected(**fixed)
         return np.ravel(solved.low)[selected], np.ravel(solved.high)[selected]
 

@@ -142,9 +142,9 @@ def eq_12_as_printed(design: Design, elbow_angle: Array, flexion: Flags) -> Tens
     travels = at.motion
     mismatch = np.asarray(design.ratio * travels.flexor_travel + travels.extensor_travel)
     printed = replace(at.coupling, mismatch=mismatch)
-    balance = statics.solve(
-        printed, design.flexor.pretension, design.extensor.pretension, unilateral=False
-    )
+    response = statics.respond(printed, unilateral=False)
+    pretension = printed.common_pretension(design.flexor.pretension, design.extensor.pretension)
+    balance = statics.Balance(printed, response, pretension)
     return balance.flexor, balance.extensor
 
 
