@@ -22,6 +22,11 @@ _MOST_SPIKES = 0.2
 """Share of the rows from which seeming spikes are the corners of steep strokes."""
 
 
+def means_by(group: Integers, values: Floats) -> Floats:
+    """Return the mean of the values of each group 0, 1, ..."""
+    return np.asarray(np.bincount(group, values) / np.bincount(group))
+
+
 def noise_of(values: Floats, side: Integers | None = None) -> float:
     """Return the standard deviation of a row about its neighbours.
 

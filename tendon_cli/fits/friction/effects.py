@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_cli.fits.friction.usable_rows import Log, bend_groups
-from tendon_cli.fits.log_rows import Floats
+from tendon_cli.fits.log_rows import Floats, means_by
 
 OFFSETS = ("offset_motor", "offset_load")
 DELAY = "delay"
@@ -63,8 +63,7 @@ def with_one_force(points: Log) -> Log:
     error. The mean of ln F of both cells has as much of either noise, and their ratio none of it.
     """
     kind = np.unique(points.way * bend_groups(points.bend), return_inverse=True)[1]
-    usual = (np.bincount(kind, points.log_ratio) / np.bincount(kind))[kind]
-    half = 0.5 * (usual - points.log_ratio)
+    half = 0.5 * (means_by(kind, points.log_ratio)[kind] - points.log_ratio)
     motor = points.motor * np.exp(half)
     return replace(points, motor=motor, load=points.load * np.exp(-half))
 
@@ -161,6 +160,11 @@ class EffectModel:
         return math.sqrt(max(float(self.covariance[0, 0]), 0.0))
 
     @property
+    def fits_zero(self) -> bool:
+        """True if the zero error of a cell is fitted."""
+        return not set(OFFSETS).isdisjoint(self.effects)
+
+    @property
     def has_alike_zeros(self) -> bool:
         """True if zero errors of both cells are fitted that are more alike than different."""
         if not set(OFFSETS) <= set(self.effects):
@@ -190,13 +194,14 @@ class EffectModel:
 
     def shape(self, rows: Log) -> Floats:
         """Return the part of the log ratio that the effects add in each row."""
-        added = np.zeros(1)
+        added = np.zeros(len(rows.motor))
         for effect in self.effects:
+            value = self.value(effect)[0]
             if effect not in OFFSETS:
-                added = added + self.value(effect)[0] * _slope(rows, effect, np.zeros(2))
-        for cell, force, sign in zip(OFFSETS, (rows.motor, rows.load), (1.0, -1.0), strict=True):
-            if cell in self.effects:
-                # A row whose force is mostly offset is left with 5 % of it, so that it has a ratio.
-                true_force = np.maximum(force - self.value(cell)[0], 0.05 * force)
-                added = added + sign * np.log(force / true_force)
-        return np.broadcast_to(added, rows.motor.shape)
+                added += value * _slope(rows, effect, np.zeros(2))
+                continue
+            force = rows.motor if effect == OFFSETS[0] else rows.load
+            # A row whose force is mostly offset is left with 5 % of it, so that it has a ratio.
+            left = np.log(force / np.maximum(force - value, 0.05 * force))
+            added += left if effect == OFFSETS[0] else -left
+        return added

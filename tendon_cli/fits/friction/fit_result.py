@@ -78,13 +78,13 @@ class Check:
     """Check of one thing that may be wrong with the rig."""
 
     name: str
-    value: float | None
+    value: float | None = None
     """None if the readings cannot show it."""
-    standard_error: float | None
-    unit: str
-    found: bool | None
+    standard_error: float | None = None
+    unit: str = "1"
+    found: bool | None = None
     """True if the readings show it, False if they do not; None if they cannot."""
-    effect_on_friction: float | None
+    effect_on_friction: float | None = None
     """Change of μ if it is left out of the fit, as a share of μ."""
 
 
@@ -266,6 +266,11 @@ class Fit(Displayed):
     def fitted(self) -> float:
         """μ, or μφ without a bend angle."""
         return self.friction_bend / (self.bend_angle or 1.0)
+
+    def holds(self, friction: float) -> bool:
+        """Return True if a μ lies in the 95 % interval."""
+        low, high = self.uncertainty.interval_95
+        return low <= friction <= high
 
     @property
     def from_plain(self) -> float:

@@ -23,7 +23,7 @@ from tendon_cli.fits.friction.effects import (
     with_one_force,
 )
 from tendon_cli.fits.friction.usable_rows import Log
-from tendon_cli.fits.log_rows import Floats
+from tendon_cli.fits.log_rows import Floats, means_by
 
 _GAIN = 0.1
 """Prior standard deviation of the log gain: cells are calibrated to a few per cent."""
@@ -75,7 +75,7 @@ class CrossProducts:
     def of(cls, columns: list[Floats], points: Log, kappa: float) -> CrossProducts:
         """Return the products of columns; `kappa` is the share of points that are independent."""
         count = np.bincount(points.stroke)
-        mean = np.stack([np.bincount(points.stroke, column) / count for column in columns], axis=1)
+        mean = np.stack([means_by(points.stroke, column) for column in columns], axis=1)
         inner = np.column_stack(columns) - mean[points.stroke]
         lengths, strokes = np.unique(count, return_counts=True)
         between = np.stack([mean[count == length].T @ mean[count == length] for length in lengths])
@@ -359,13 +359,13 @@ def _is_plausible(model: EffectModel, plain: EffectModel, points: Log) -> bool:
 
 def _independent(points: Log, residual: Floats) -> float:
     """Estimate the share of points that are independent, by the correlation of successive ones."""
-    count = np.bincount(points.stroke)
-    deviation = residual - (np.bincount(points.stroke, residual) / count)[points.stroke]
+    deviation = residual - means_by(points.stroke, residual)[points.stroke]
     is_next = points.stroke[1:] == points.stroke[:-1]
     if not is_next.any() or not np.any(np.abs(deviation) > 1e-14):
         return 1.0
     products = float(deviation[1:][is_next] @ deviation[:-1][is_next])
     # The mean of a stroke is taken off, which lowers the correlation by one over its points.
-    correlation = products / float(deviation @ deviation) + 1.0 / float(count.max())
+    most = float(np.bincount(points.stroke).max())
+    correlation = products / float(deviation @ deviation) + 1.0 / most
     correlation = min(max(correlation, 0.0), _ALIKE)
     return (1.0 - correlation) / (1.0 + correlation)
