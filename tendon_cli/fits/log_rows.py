@@ -24,7 +24,7 @@ _MOST_SPIKES = 0.2
 
 def means_by(group: Integers, values: Floats) -> Floats:
     """Return the mean of the values of each group 0, 1, ..."""
-    return np.asarray(np.bincount(group, values) / np.bincount(group))
+    return np.bincount(group, values) / np.bincount(group)
 
 
 def noise_of(values: Floats, side: Integers | None = None) -> float:
@@ -40,7 +40,7 @@ def noise_of(values: Floats, side: Integers | None = None) -> float:
         return 0.0
     noise = 1.4826 * float(np.median(deviations))
     # A steady change cancels up to the last binary digit.
-    if noise > SAME_READING * float(np.max(np.abs(values))):
+    if noise > SAME_READING * np.max(np.abs(values)):
         return noise
     # Most differences of a coarse cell are zero, and a mean without the largest tenth still sees
     # its steps.
@@ -53,6 +53,6 @@ def spikes(values: Floats, least: float) -> Mask:
     from scipy.ndimage import median_filter
 
     away = np.abs(values - median_filter(values, _SPIKE_WINDOW, mode="nearest"))
-    by_noise = max(_SPIKE_MEDIANS * float(np.median(away)), _SPIKE_NOISE * noise_of(values))
+    by_noise = max(_SPIKE_MEDIANS * np.median(away), _SPIKE_NOISE * noise_of(values))
     found = away > max(by_noise, least)
     return np.asarray(found & (np.mean(found) < _MOST_SPIKES))

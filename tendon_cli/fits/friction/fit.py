@@ -154,8 +154,11 @@ def _estimated(readings: Readings, prepared: PreparedLog, zero: float | None) ->
     if result is not None:
         reason = why_no_limit(prepared.log, result)
     if result is None or reason:
-        hint = "make the strokes longer, until the force ratio settles"
-        raise InputError(str(reason), where=readings.source, hint=hint)
+        raise InputError(
+            str(reason),
+            where=readings.source,
+            hint="make the strokes longer, until the force ratio settles",
+        )
     _check_resists(readings, prepared, result)
     return result
 
@@ -174,16 +177,19 @@ def _check_resists(readings: Readings, prepared: PreparedLog, result: FrictionEs
             where = readings.place(int(prepared.rows[wrong[0]]))
             raise InputError(problem, where=where, hint=hint)
     if average.friction <= 0.0:
-        problem = (
-            f"friction would help the motion: the coefficient comes out as {average.friction:.4g}"
+        raise InputError(
+            f"friction would help the motion: the coefficient comes out as {average.friction:.4g}",
+            where=readings.source,
+            hint=hint,
         )
-        raise InputError(problem, where=readings.source, hint=hint)
     gain = abs(average.log_gain)
     if log.settled and gain > max(average.friction * float(log.bend.max()), _PLAUSIBLE_GAIN):
         differ = f"the cells' gains differ by {100.0 * (math.exp(gain) - 1.0):.0f} %"
-        problem = f"friction would help the motion in one direction, unless {differ}"
-        hint = "check the directions; calibrate the cells against each other with the same weight"
-        raise InputError(problem, where=readings.source, hint=hint)
+        raise InputError(
+            f"friction would help the motion in one direction, unless {differ}",
+            where=readings.source,
+            hint="check the directions; calibrate the cells against each other with the same weight",
+        )
 
 
 def _check_strokes(fit: Fit, column: str) -> None:

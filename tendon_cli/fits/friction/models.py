@@ -84,7 +84,7 @@ class CrossProducts:
             between=between,
             lengths=lengths.astype(np.float64),
             strokes=strokes.astype(np.float64),
-            size=float(kappa * (len(inner) - len(count)) + len(count)),
+            size=kappa * (len(inner) - len(count)) + len(count),
         )
 
     def whitened(self, ratios: Floats) -> Floats:
@@ -123,7 +123,7 @@ def _line(products: CrossProducts, unknown: int, ratios: Floats, least: float) -
         The line of largest restricted likelihood.
     """
     gram = products.whitened(ratios)  # (ratios, columns, columns)
-    strokes = float(products.strokes.sum())
+    strokes = products.strokes.sum()
     diagonal = np.diagonal(gram, axis1=1, axis2=2)[:, :unknown]
     scale = np.sqrt(np.maximum(diagonal, 1e-300))  # (ratios, unknown)
     outer = scale[:, :, None] * scale[:, None, :]
@@ -142,8 +142,8 @@ def _line(products: CrossProducts, unknown: int, ratios: Floats, least: float) -
     loglik = -0.5 * (size * math.log(squares[best] / size) + log_det_v[best])
     return Line(
         values=values[best] / scale[best],
-        variance=float(squares[best]) / free,
-        ratio=float(ratios[best]),
+        variance=squares[best] / free,
+        ratio=ratios[best],
         loglik=float(loglik),
     )
 
@@ -183,7 +183,7 @@ def fit_model(
     places = [base + effects.index(name) if name in effects else None for name in OFFSETS]
     fits_offsets = places != [None, None]
     zeros = np.zeros(2)  # offsets of the motor's and of the load's cell
-    least = (_EXACT * float(np.median(np.abs(points.log_ratio)))) ** 2 * max(1.0, strokes / 2.0)
+    least = (_EXACT * np.median(np.abs(points.log_ratio))) ** 2 * max(1.0, strokes / 2.0)
     limit = 0.9 * np.array([points.motor.min(), points.load.min()])
     tau = np.array([priors[name] for name in effects])
     steps = _STEPS if fits_offsets else 1
@@ -213,7 +213,7 @@ def fit_model(
     slopes = inverse[0] @ gram[:unknown, unknown + 1 :]
     cost += 2.0 * sum(STRICT.get(name, 0.0) for name in effects)
     if base == 2:
-        cost += (float(values[1]) / _GAIN) ** 2
+        cost += (values[1] / _GAIN) ** 2
     unfitted = [place is None for place in places]
     return EffectModel(
         effects=effects,
@@ -222,8 +222,8 @@ def fit_model(
         evidence=line.loglik * min(1.0, _ENOUGH / strokes) - 0.5 * cost,
         residual=target - np.column_stack(columns) @ values,
         free=strokes - base if strokes > base else max(len(target) - unknown, 1),
-        zero=(float(slopes[0]) * unfitted[0], float(slopes[1]) * unfitted[1]),
-        late=float(slopes[2]) * (DELAY not in effects),
+        zero=(slopes[0] * unfitted[0], slopes[1] * unfitted[1]),
+        late=slopes[2] * (DELAY not in effects),
     )
 
 
@@ -262,9 +262,9 @@ def _posterior(line: Line, gram: Floats, tau: Floats) -> tuple[Floats, Floats, f
     # The room of the effects, ln det of their prior over their posterior covariance, which is part
     # of the inverse.
     posterior = inverse[base:, base:] * line.variance
-    room = -float(np.linalg.slogdet(posterior / np.outer(tau, tau))[1])
+    room = -np.linalg.slogdet(posterior / np.outer(tau, tau))[1]
     misfit = float(moved @ normal @ moved) / line.variance
-    departure = float(np.sum((values[base:] / tau) ** 2))
+    departure = np.sum((values[base:] / tau) ** 2)
     cost = misfit + departure + max(room, 0.0)
     return values, inverse, cost
 
@@ -302,13 +302,13 @@ class ModelAverage:
     @property
     def scatter(self) -> float:
         """Standard error of μ from the scatter of the strokes, averaged over the models."""
-        return math.sqrt(float(self.weights @ [model.error**2 for model in self.models]))
+        return math.sqrt(self.weights @ [model.error**2 for model in self.models])
 
     @property
     def spread(self) -> float:
         """Standard deviation of μ over the models."""
         squares = [(model.friction - self.friction) ** 2 for model in self.models]
-        return math.sqrt(float(self.weights @ squares))
+        return math.sqrt(self.weights @ squares)
 
 
 def average_of(points: Log, priors: dict[str, float]) -> ModelAverage:
@@ -349,7 +349,7 @@ def _judged(models: tuple[EffectModel, ...]) -> Floats:
 def _is_plausible(model: EffectModel, plain: EffectModel, points: Log) -> bool:
     """True if a model leaves μ known, and needs no zero error and no gain that no rig has."""
     is_known = model.error < _UNKNOWN * model.friction
-    largest = _LARGEST_ZERO * float(np.median(np.minimum(points.motor, points.load)))
+    largest = _LARGEST_ZERO * np.median(np.minimum(points.motor, points.load))
     has_small_zeros = all(
         abs(model.value(offset)[0]) <= largest for offset in OFFSETS if offset in model.effects
     )

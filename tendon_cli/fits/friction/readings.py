@@ -146,9 +146,11 @@ class Readings:
             return np.arange(len(self.rows), dtype=np.float64)
         back = first_back(time)
         if back is not None:
-            problem = f"{back[1]}, so strokes cannot be found"
-            hint = "give one log per file, its rows in order of time"
-            raise InputError(problem, where=self.place(back[0]), hint=hint)
+            raise InputError(
+                f"{back[1]}, so strokes cannot be found",
+                where=self.place(back[0]),
+                hint="give one log per file, its rows in order of time",
+            )
         return time
 
     def place(self, row: int) -> str:
@@ -209,9 +211,11 @@ def read_readings(
     cells = _cells_of(table.columns, names)
     shown = ", ".join(column.shown for column in cells[:8])
     if len(cells) > 2:
-        hint = "name the two with --cell-1 and --cell-2"
-        problem = f"several columns could be the load cells: {shown}"
-        raise InputError(problem, where=table.place(), hint=hint)
+        raise InputError(
+            f"several columns could be the load cells: {shown}",
+            where=table.place(),
+            hint="name the two with --cell-1 and --cell-2",
+        )
     if not cells and not names:
         cells = _by_unit(table.columns)
         shown = ", ".join(column.shown for column in cells)
@@ -428,19 +432,26 @@ def _check_units(table: Table, first: Heading, second: Heading) -> tuple[float, 
                 raise InputError(error.problem, where=table.place(cell), hint=error.hint) from None
     if first.unit == second.unit:
         if first.dimension in _UNCALIBRATED:
-            problem = f'the cells are in "{first.unit}", not yet calibrated'
-            raise InputError(problem, where=table.place(first), hint=_CALIBRATE)
+            raise InputError(
+                f'the cells are in "{first.unit}", not yet calibrated',
+                where=table.place(first),
+                hint=_CALIBRATE,
+            )
         return 1.0, 1.0
     if not first.unit or not second.unit:
         bare = second if first.unit else first
         known_unit = first.unit or second.unit
-        problem = f'the unit of {bare.shown} is missing, but the other cell has "{known_unit}"'
-        hint = "give both cells a unit, or neither"
-        raise InputError(problem, where=table.place(bare), hint=hint)
+        raise InputError(
+            f'the unit of {bare.shown} is missing, but the other cell has "{known_unit}"',
+            where=table.place(bare),
+            hint="give both cells a unit, or neither",
+        )
     factors = (force_factor(first.unit), force_factor(second.unit))
     if factors[0] is None or factors[1] is None:
-        problem = f'the cells are in "{first.unit}" and "{second.unit}", which cannot be compared'
-        raise InputError(problem, where=table.place(first))
+        raise InputError(
+            f'the cells are in "{first.unit}" and "{second.unit}", which cannot be compared',
+            where=table.place(first),
+        )
     return factors[0], factors[1]
 
 
@@ -454,12 +465,12 @@ def _check_calibrated(table: Table, first: Heading, cells: tuple[Floats, Floats]
             return
         if not _COUNTS[0] <= np.median(np.abs(known)) <= _COUNTS[1]:
             return
-    problem = (
+    raise InputError(
         "the cells read whole numbers of thousands and have no unit, as the counts of a converter:"
-        " not yet calibrated"
+        " not yet calibrated",
+        where=table.place(first),
+        hint=f"{_CALIBRATE}; if they are forces, write their unit into the headers",
     )
-    hint = f"{_CALIBRATE}; if they are forces, write their unit into the headers"
-    raise InputError(problem, where=table.place(first), hint=hint)
 
 
 def _times(table: Table, column: Heading) -> tuple[Floats, str]:
@@ -527,15 +538,21 @@ def concatenate(parts: list[Readings]) -> Readings:
 def _check_kind(first: Readings, part: Readings) -> None:
     """Refuse a file that has other units or columns than the first."""
     if part.unit != first.unit:
-        problem = f'{part.source} is in "{part.unit}", {first.source} in "{first.unit}"'
-        raise InputError(problem, where=part.source, hint="save them in one unit")
+        raise InputError(
+            f'{part.source} is in "{part.unit}", {first.source} in "{first.unit}"',
+            where=part.source,
+            hint="save them in one unit",
+        )
     differing = set(part.rows) ^ set(first.rows)
     if not differing and part.motor != first.motor:
         differing = {"motor"}
     if differing:
         name = say.spaced(min(map(str, differing)))
-        problem = f"only one of {first.source} and {part.source} gives the {name}"
-        raise InputError(problem, where=part.source, hint="fit files of one kind together")
+        raise InputError(
+            f"only one of {first.source} and {part.source} gives the {name}",
+            where=part.source,
+            hint="fit files of one kind together",
+        )
 
 
 def check_forces(readings: Readings) -> None:
@@ -544,15 +561,21 @@ def check_forces(readings: Readings) -> None:
     source = readings.source
     largest = max(float(np.nanmax(np.abs(cell), initial=0.0)) for cell in (one, two))
     if largest >= _STRONGEST:
-        problem = f"forces reach {largest:.3g}, more than any load cell measures"
-        raise InputError(problem, where=source, hint="is the unit right?")
+        raise InputError(
+            f"forces reach {largest:.3g}, more than any load cell measures",
+            where=source,
+            hint="is the unit right?",
+        )
     is_fixed = all(
         np.nanmin(cell, initial=np.inf) == np.nanmax(cell, initial=-np.inf) for cell in (one, two)
     )
     directions = len(readings.codes("direction")[0]) if "direction" in readings.rows else 0
     if is_fixed and (len(readings.rows) >= ENOUGH_ROWS or directions > 1):
-        hint = "are these the right columns, and are both cells connected?"
-        raise InputError("both cells read the same in every row", where=source, hint=hint)
+        raise InputError(
+            "both cells read the same in every row",
+            where=source,
+            hint="are these the right columns, and are both cells connected?",
+        )
     is_loaded = (one > 0.0) & (two > 0.0)
     if not is_loaded.any():
         return
@@ -561,6 +584,8 @@ def check_forces(readings: Readings) -> None:
     if np.all(one == np.round(one)) and np.all(two == np.round(two)):
         ratio = float(np.exp(np.median(np.abs(np.log(one / two)))))
         if ratio > _LARGEST_RATIO:
-            problem = f"one cell reads {ratio:.0f} times the other, in whole numbers"
-            hint = "a decimal comma read as a separator? separate the columns by semicolons"
-            raise InputError(problem, where=source, hint=hint)
+            raise InputError(
+                f"one cell reads {ratio:.0f} times the other, in whole numbers",
+                where=source,
+                hint="a decimal comma read as a separator? separate the columns by semicolons",
+            )

@@ -89,11 +89,16 @@ def _parsed(text: str) -> BendAngle:
         raise UsageError(error.problem, where="--bend-angle", hint=hint) from error
     if not _SMALLEST_BEND <= angle <= LARGEST_BEND:
         size = f"it is at least {_SMALLEST_BEND:g} and at most {LARGEST_BEND:g} rad"
-        problem = f'"{shorten(text)}" is not the bend angle of a sheath: {size}'
-        raise UsageError(problem, where="--bend-angle", hint="half a turn is 180 deg")
+        raise UsageError(
+            f'"{shorten(text)}" is not the bend angle of a sheath: {size}',
+            where="--bend-angle",
+            hint="half a turn is 180 deg",
+        )
     if not 0.0 <= uncertainty < angle / 2.0:
-        problem = f'"{shorten(text)}": the uncertainty is 0 or more and less than half the angle'
-        raise UsageError(problem, where="--bend-angle")
+        raise UsageError(
+            f'"{shorten(text)}": the uncertainty is 0 or more and less than half the angle',
+            where="--bend-angle",
+        )
     return BendAngle(
         radians=angle if has_angle else None,
         uncertainty=uncertainty,
@@ -113,9 +118,11 @@ def _bend_of_route(route: Path, smoothing: str | float | None) -> BendAngle:
     bend = measured.bend_angle
     error = measured.standard_error
     if bend < _SMALLEST_BEND or error >= bend / 2.0:
-        problem = f"bends by {bend:.3g} rad ± {error:.2g} rad: not enough to show friction"
-        hint = "measure friction on a sheath that bends by half a turn or more"
-        raise InputError(problem, where=name, hint=hint)
+        raise InputError(
+            f"bends by {bend:.3g} rad ± {error:.2g} rad: not enough to show friction",
+            where=name,
+            hint="measure friction on a sheath that bends by half a turn or more",
+        )
     return BendAngle(
         radians=bend,
         uncertainty=error,
@@ -137,8 +144,10 @@ def _noise_of_route(smoothing: str | float | None) -> float:
     else:
         noise = float(smoothing or 0.0)
     if not 0.0 <= noise < math.inf:
-        problem = f'"{smoothing}" is not a noise of way-points, expected 0 or more'
-        raise UsageError(problem, where="--path-smoothing")
+        raise UsageError(
+            f'"{smoothing}" is not a noise of way-points, expected 0 or more',
+            where="--path-smoothing",
+        )
     return noise
 
 
@@ -161,14 +170,12 @@ def bend_angles(
     if bend is None:
         return np.ones(total), 0.0, None
     if bend.radians is None:
-        problem = (
-            f"the bend angle of the sheath is not given, and {readings.source} has no column for it"
+        raise UsageError(
+            f"the bend angle of the sheath is not given, and {readings.source} has no column for it",
+            where="--bend-angle",
+            hint='measure it between the cells: --bend-angle "144 deg", --route,'
+            " or a column bend_angle_deg",
         )
-        hint = (
-            'measure it between the cells: --bend-angle "144 deg", --route,'
-            " or a column bend_angle_deg"
-        )
-        raise UsageError(problem, where="--bend-angle", hint=hint)
     return np.full(total, bend.radians), bend.uncertainty / bend.radians, bend
 
 
@@ -181,22 +188,20 @@ def _angles_of_column(
     if bend is not None and bend.radians is not None:
         agrees = np.allclose(angles, bend.radians, rtol=1e-6, atol=0.0)
         if not agrees:
-            problem = (
+            raise UsageError(
                 f"the bend angle is given twice: as {bend.text},"
-                f" and differently by a column of {source}"
+                f" and differently by a column of {source}",
+                where="--bend-angle",
+                hint="leave the option out to use the column;"
+                ' "+/- 2 deg" alone says how well the column is known',
             )
-            hint = (
-                "leave the option out to use the column;"
-                ' "+/- 2 deg" alone says how well the column is known'
-            )
-            raise UsageError(problem, where="--bend-angle", hint=hint)
     if bend is not None and bend.uncertainty:
         if uncertainty is not None:
-            problem = (
+            raise UsageError(
                 "the uncertainty of the bend angle is given twice:"
-                f" here and by a column of {source}"
+                f" here and by a column of {source}",
+                where="--bend-angle",
             )
-            raise UsageError(problem, where="--bend-angle")
         uncertainty = np.full(len(angles), bend.uncertainty)
     share = 0.0
     if uncertainty is not None:
@@ -232,12 +237,15 @@ def force_of(given: str | float | None, option: str, unit: str | None) -> float:
         with contextlib.suppress(UnitError):
             newton = parse_measure(text, dimension).si * weight
             if scale is None:
-                problem = f'"{shorten(text)}" cannot be compared with the readings'
-                hint = f'the file gives no unit of force; write the number alone: {option} "0.4"'
-                raise UsageError(problem, where=option, hint=hint)
+                raise UsageError(
+                    f'"{shorten(text)}" cannot be compared with the readings',
+                    where=option,
+                    hint=f'the file gives no unit of force; write the number alone: {option} "0.4"',
+                )
             return newton / scale
-    problem = f'"{shorten(text)}" is not a force'
-    raise UsageError(problem, where=option, hint='write "0.4 N" or "0.4 kgf"')
+    raise UsageError(
+        f'"{shorten(text)}" is not a force', where=option, hint='write "0.4 N" or "0.4 kgf"'
+    )
 
 
 def cell_uncertainty_of(
@@ -270,6 +278,7 @@ def cell_uncertainty_of(
         except UnitError as error:
             raise UsageError(error.problem, where=option, hint=hint) from error
     if min(zero or 0.0, delay or 0.0) < 0.0 or not 0.0 <= gain < 1.0:
-        problem = f'"{shorten(text)}" is not an uncertainty, expected 0 or more'
-        raise UsageError(problem, where=option, hint=hint)
+        raise UsageError(
+            f'"{shorten(text)}" is not an uncertainty, expected 0 or more', where=option, hint=hint
+        )
     return zero, gain, delay

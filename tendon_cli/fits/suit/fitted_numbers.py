@@ -145,7 +145,7 @@ def _fitted(parameter: Parameter, score: float, deviation: float, coverage: floa
 def _felt(key: str, values: Floats) -> Floats:
     """Return what the tendons feel of a number: of a stiffness in series its compliance."""
     is_series = split_side(key)[0] in _IN_SERIES
-    return np.asarray(1.0 / values if is_series else values)
+    return 1.0 / values if is_series else values
 
 
 def _prior_text(parameter: Parameter, number: FittedNumber) -> str:

@@ -52,8 +52,11 @@ def check_values(
     for role in CHANNELS:
         channel = values.get(role)
         if channel is not None and np.ptp(channel) <= 1e-9 * np.max(np.abs(channel), initial=1e-12):
-            problem = f"{headings[role].shown} is the same in every row"
-            raise InputError(problem, where=source, hint="is it connected, and the right column?")
+            raise InputError(
+                f"{headings[role].shown} is the same in every row",
+                where=source,
+                hint="is it connected, and the right column?",
+            )
 
 
 def _check_order(source: str, time: Floats | None, lines: Integers) -> None:
@@ -63,8 +66,11 @@ def _check_order(source: str, time: Floats | None, lines: Integers) -> None:
     back = first_back(time)
     if back is not None:
         row, problem = back
-        hint = "give one log per file, its rows in order of time"
-        raise InputError(problem, where=f"{source}, line {lines[row]}", hint=hint)
+        raise InputError(
+            problem,
+            where=f"{source}, line {lines[row]}",
+            hint="give one log per file, its rows in order of time",
+        )
 
 
 def _check_load(source: str, column: Heading | None, load: Floats | None) -> None:

@@ -182,15 +182,19 @@ def si_factor(table: Table, column: Heading, role: str, scaling: Scaling) -> flo
     dimension = column.dimension
     if dimension == CURRENT in wanted:
         if scaling.torque_constant is None:
-            problem = f"{column.shown} is a current, so the fit needs the torque constant"
-            hint = 'such as [fit] torque_constant = "0.12 N m/A", of the spool with its gear'
-            raise UsageError(problem, where="fit.torque_constant", hint=hint)
+            raise UsageError(
+                f"{column.shown} is a current, so the fit needs the torque constant",
+                where="fit.torque_constant",
+                hint='such as [fit] torque_constant = "0.12 N m/A", of the spool with its gear',
+            )
         return float(SENSOR_UNITS[column.unit].factor) * scaling.torque_constant
     if dimension == COUNTS in wanted:
         if scaling.counts_per_turn is None:
-            problem = f"{column.shown} is in counts, so the fit needs how many a turn has"
-            hint = "such as [fit] counts_per_turn = 4096"
-            raise UsageError(problem, where="fit.counts_per_turn", hint=hint)
+            raise UsageError(
+                f"{column.shown} is in counts, so the fit needs how many a turn has",
+                where="fit.counts_per_turn",
+                hint="such as [fit] counts_per_turn = 4096",
+            )
         return 2.0 * math.pi / scaling.counts_per_turn
     if role in TENSION_CHANNELS and dimension == "mass":
         return force_factor(column.unit) or np.nan

@@ -104,7 +104,7 @@ class Parameter:
         """Return the number at normal scores, SI."""
         law = self.law
         if law.kind == "normal" and law.cut_share < 1e-6:
-            return np.asarray(np.clip(law.middle + law.spread * score, law.low, law.high))
+            return np.clip(law.middle + law.spread * score, law.low, law.high)
         from scipy.special import ndtr
 
         return quantile(law, ndtr(np.clip(score, -8.0, 8.0)))

@@ -67,9 +67,11 @@ def cut(
     for number, (log, _) in enumerate(thin):
         strokes += strokes_of(number, log)
     if len(strokes) < 2:
-        problem = f"{counted(len(strokes), 'stroke')}: friction cannot be told from the load"
-        hint = "log two strokes or more, to and fro through most of the joint's range"
-        raise InputError(problem, where=logs[0].source, hint=hint)
+        raise InputError(
+            f"{counted(len(strokes), 'stroke')}: friction cannot be told from the load",
+            where=logs[0].source,
+            hint="log two strokes or more, to and fro through most of the joint's range",
+        )
     return tuple(log for log, _ in thin), tuple(every for _, every in thin), tuple(strokes)
 
 

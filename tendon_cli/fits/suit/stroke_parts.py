@@ -161,7 +161,7 @@ def strokes_of(number: int, log: SuitLog) -> list[LogStroke]:
         rows = np.arange(first, last + 1)
         for part in _without_breaks(log, rows, gaps):
             change = angle[part[-1]] - angle[part[0]]
-            load = np.nan if log.load_mass is None else float(np.median(log.load_mass[part]))
+            load = np.nan if log.load_mass is None else np.median(log.load_mass[part])
             is_first = int(part[0]) in after_gap
             strokes.append(LogStroke(number, part, bool(change > 0.0), load, is_first=is_first))
     return [stroke for stroke in strokes if len(stroke.rows) > 4]
@@ -172,7 +172,7 @@ def gaps_of(log: SuitLog) -> Integers:
     if log.time is None or len(log) < 3:
         return np.empty(0, dtype=np.int64)
     steps = np.diff(log.time)
-    usual = float(np.quantile(steps, _USUAL_STEPS))
+    usual = np.quantile(steps, _USUAL_STEPS)
     return np.flatnonzero(steps > _GAP * max(usual, 1e-12))
 
 
@@ -246,7 +246,7 @@ def usable(
     codes[first:][way[first:] > (1.0 - _END_SHARE) * way[-1]] = TURNING
     if log.time is not None and first < len(rows) - 8:
         speed = _speed(way, log.time[rows])
-        usual = float(np.median(speed[first:]))
+        usual = np.median(speed[first:])
         codes[first:][speed[first:] < _REST_SHARE * usual] = RESTING
     return codes
 
@@ -260,7 +260,7 @@ def _goes_along(wound: Floats) -> Mask:
         wound: Angle of the spool, positive the way of the stroke, rad.
     """
     speed = _speed(wound, np.arange(len(wound), dtype=np.float64))
-    return np.asarray(speed > _BACK_SHARE * np.median(speed))
+    return speed > _BACK_SHARE * np.median(speed)
 
 
 def _speed(way: Floats, time: Floats) -> Floats:
@@ -270,7 +270,7 @@ def _speed(way: Floats, time: Floats) -> Floats:
     before = np.maximum(np.arange(len(way)) - reach, 0)
     step = time[after] - time[before]
     moved = way[after] - way[before]
-    return np.asarray(np.divide(moved, step, out=np.zeros(len(way)), where=step > 0.0))
+    return np.divide(moved, step, out=np.zeros(len(way)), where=step > 0.0)
 
 
 def parts_of(
@@ -300,9 +300,11 @@ def parts_of(
         columns["count"] = columns["count"] * every[stroke.log]
         found.append(columns)
     if not found:
-        problem = "no stroke slides long enough: nothing is left after the turns"
-        hint = "move the joint slowly through most of its range, several times to and fro"
-        raise InputError(problem, where=logs[0].source, hint=hint)
+        raise InputError(
+            "no stroke slides long enough: nothing is left after the turns",
+            where=logs[0].source,
+            hint="move the joint slowly through most of its range, several times to and fro",
+        )
     joined: dict[str, Any] = {
         name: np.concatenate([columns[name] for columns in found]) for name in found[0]
     }
@@ -312,9 +314,11 @@ def parts_of(
     if len(ways) < 2:
         way = "flexion" if ways[0] else "extension"
         used = counted(len(np.unique(parts.stroke)), "stroke")
-        problem = f"{used} can be used, in {way} alone, so friction cannot be told from the load"
-        hint = "log two strokes or more, to and fro"
-        raise InputError(problem, where=logs[0].source, hint=hint)
+        raise InputError(
+            f"{used} can be used, in {way} alone, so friction cannot be told from the load",
+            where=logs[0].source,
+            hint="log two strokes or more, to and fro",
+        )
     return parts
 
 
@@ -324,21 +328,21 @@ def _parts_of_stroke(
     """Return the means over the parts of one stroke, by column."""
     rows = stroke.rows[kept]
     angle = log.elbow_angle[rows]
-    low = float(angle.min())
-    high = float(angle.max())
+    low = angle.min()
+    high = angle.max()
     part = np.minimum((PARTS * (angle - low) / (high - low)).astype(np.int64), PARTS - 1)
     _, part = np.unique(part, return_inverse=True)
     count = np.bincount(part).astype(np.float64)
 
     def mean(values: Floats) -> Floats:
         """Return the mean of each part."""
-        return np.asarray(np.bincount(part, values) / count)
+        return np.bincount(part, values) / count
 
     middle = mean(angle)
     speed, acceleration = _derivatives(log, stroke, rows)
     time = np.arange(len(log)) / len(log)
     if log.time is not None:
-        time = (log.time - log.time[0]) / max(float(np.ptp(log.time)), 1e-12)
+        time = (log.time - log.time[0]) / max(np.ptp(log.time), 1e-12)
     columns = {
         "log": np.full(len(count), stroke.log),
         "stroke": np.full(len(count), number),
@@ -367,4 +371,4 @@ def _derivatives(log: SuitLog, stroke: LogStroke, rows: Integers) -> tuple[Float
     angle = log.elbow_angle[stroke.rows]
     fit = np.polynomial.Legendre.fit((time - middle) / half, angle, degree, domain=[-1.0, 1.0])
     at = (log.time[rows] - middle) / half
-    return np.asarray(fit.deriv()(at) / half), np.asarray(fit.deriv(2)(at) / half**2)
+    return fit.deriv()(at) / half, fit.deriv(2)(at) / half**2

@@ -46,9 +46,11 @@ def check_log(study: Study, log: SuitLog) -> None:
     falls = spool is not None and np.corrcoef(log.elbow_angle, spool)[0, 1] < _OPPOSITE
     if falls:
         _check_range(study, log)
-        problem = "the spool's angle falls as the joint flexes"
-        hint = "positive angles flex the joint and wind the flexor: turn one column's sign"
-        raise InputError(problem, where=log.source, hint=hint)
+        raise InputError(
+            "the spool's angle falls as the joint flexes",
+            where=log.source,
+            hint="positive angles flex the joint and wind the flexor: turn one column's sign",
+        )
 
 
 def check_durations(logs: Sequence[SuitLog], strokes: Sequence[LogStroke]) -> None:
@@ -195,9 +197,11 @@ def _check_torque(parts: Parts, expected: Floats, log: SuitLog) -> None:
     usual = _band(parts, expected)
     agreement = float(np.corrcoef(torque, expected)[0, 1])
     if band < 0.0 and agreement < 0.0 and usual > 0.0:
-        problem = "the torque is larger in extension than in flexion: friction would help"
-        hint = "positive torque pulls the flexor: turn the column's sign"
-        raise InputError(problem, where=log.source, hint=hint)
+        raise InputError(
+            "the torque is larger in extension than in flexion: friction would help",
+            where=log.source,
+            hint="positive torque pulls the flexor: turn the column's sign",
+        )
     swing = range_of(torque)
     least = range_of(expected)
     if min(swing, least) <= 0.0 or abs(math.log(swing / least)) < math.log(_OTHER_TORQUE):

@@ -49,7 +49,7 @@ class SuitEstimate:
     @property
     def residual(self) -> Floats:
         """Measured less predicted, (channels, parts), SI."""
-        return np.asarray((self.measured - self.predicted).reshape(len(self.channels), -1))
+        return (self.measured - self.predicted).reshape(len(self.channels), -1)
 
     @cached_property
     def whitened(self) -> Floats:
@@ -60,7 +60,7 @@ class SuitEstimate:
     @cached_property
     def information(self) -> Floats:
         """Inverse of the covariance of the scores, prior included, (parameters, parameters)."""
-        return np.asarray(self.whitened.T @ self.whitened + np.eye(len(self.scores)))
+        return self.whitened.T @ self.whitened + np.eye(len(self.scores))
 
     @cached_property
     def covariance(self) -> Floats:
@@ -77,7 +77,7 @@ class SuitEstimate:
         """Half-width of a 95 % interval over the standard deviation, for few strokes."""
         from scipy.stats import t
 
-        return float(t.ppf(0.975, max(2, self.strokes - 2)))
+        return t.ppf(0.975, max(2, self.strokes - 2))
 
     def without(self, parts: Floats) -> tuple[Floats, Floats]:
         """Return scores and covariance as they are without some parts, to first order.
@@ -95,7 +95,7 @@ class SuitEstimate:
         information = slopes.T @ slopes + np.eye(len(self.scores))
         covariance = np.linalg.inv(information)
         change = covariance @ (slopes.T @ residual - self.scores)
-        return np.asarray(self.scores + change), np.asarray(covariance)
+        return self.scores + change, np.asarray(covariance)
 
 
 def measured(parts: Parts, channels: Sequence[str]) -> Floats:
@@ -179,4 +179,4 @@ def _least_squares(
         ftol=_TOLERANCE,
         max_nfev=_MOST_STEPS,
     )
-    return np.asarray(found.x)
+    return found.x

@@ -120,7 +120,7 @@ def _with_zeros(model: SuitModel, parts: Parts) -> SuitModel:
     parameters = list(model.parameters)
     for place, parameter in enumerate(parameters):
         if parameter.log is not None:
-            middle = float(np.mean(away[parts.log == parameter.log]))
+            middle = np.mean(away[parts.log == parameter.log])
             law = replace(parameter.law, middle=middle)
             parameters[place] = replace(parameter, law=law)
     return SuitModel(model.study, parameters)
@@ -162,9 +162,11 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
     estimate, selection = estimate_of(checked, read)
     numbers = fitted_numbers(estimate)
     if not any(number.is_stated and number.learned >= _LEAST_LEARNED for number in numbers):
-        problem = "cannot tell: the logs narrow none of the numbers that the study asks for"
-        hint = "log the spool's angle and the motor's torque with two or more loads"
-        raise InputError(problem, where=read[0].source, hint=hint)
+        raise InputError(
+            "cannot tell: the logs narrow none of the numbers that the study asks for",
+            where=read[0].source,
+            hint="log the spool's angle and the motor's torque with two or more loads",
+        )
     _, predicted_from = groups_of(selection.parts)
     notes = [*on_loads, *(note for log in read for note in log.notes)]
     notes += [*selection.notes, *fast_note(estimate), *gear_note(numbers)]

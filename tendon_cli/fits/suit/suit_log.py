@@ -91,9 +91,11 @@ def read_logs(
         by_role = columns_by_role(table.columns, named)
         for role in named:
             if role not in by_role:
-                problem = f'there is no column "{shorten(named[role])}" in {table.source}'
-                hint = f"the columns are {table.shown}"
-                raise UsageError(problem, where=f"fit.columns.{role}", hint=hint)
+                raise UsageError(
+                    f'there is no column "{shorten(named[role])}" in {table.source}',
+                    where=f"fit.columns.{role}",
+                    hint=f"the columns are {table.shown}",
+                )
         columns = {role: table.only(by_role.get(role, []), spaced(role)) for role in COLUMNS}
         _refuse_blind(table, columns)
         logs.append(_suit_log(table, columns, scaling))
@@ -101,8 +103,11 @@ def read_logs(
     for log in logs[1:]:
         if set(log.channels) != set(first.channels):
             differing = min(set(log.channels) ^ set(first.channels))
-            problem = f"only one of {first.source} and {log.source} has the column {differing}"
-            raise InputError(problem, where=log.source, hint="fit logs of one kind together")
+            raise InputError(
+                f"only one of {first.source} and {log.source} has the column {differing}",
+                where=log.source,
+                hint="fit logs of one kind together",
+            )
     return tuple(logs)
 
 
@@ -158,9 +163,11 @@ def _suit_log(table: Table, columns: Mapping[str, Heading | None], scaling: Scal
             f" number in {join_words(lacking)}"
         )
     if known.sum() < _LEAST_ROWS:
-        problem = f"{counted(int(known.sum()), 'row')} with a number in every column that is read"
-        hint = f"expected {_LEAST_ROWS} or more"
-        raise InputError(problem, where=table.source, hint=hint)
+        raise InputError(
+            f"{counted(int(known.sum()), 'row')} with a number in every column that is read",
+            where=table.source,
+            hint=f"expected {_LEAST_ROWS} or more",
+        )
     values = {role: column[known] for role, column in values.items()}
     lines = table.lines[known]
     is_spike = np.zeros(len(lines), dtype=bool)
@@ -221,5 +228,6 @@ def _refuse_blind(table: Table, columns: Mapping[str, Heading | None]) -> None:
         reasons.append("its first lines say that the torque was commanded, not measured")
     if columns[SPOOL_ANGLE] is None and measured:
         reasons.append("it has no spool angle")
-    problem = f"cannot tell: {'; '.join(reasons)}"
-    raise InputError(problem, where=table.source, hint=f"{_ADVICE}; {_NAMING}")
+    raise InputError(
+        f"cannot tell: {'; '.join(reasons)}", where=table.source, hint=f"{_ADVICE}; {_NAMING}"
+    )

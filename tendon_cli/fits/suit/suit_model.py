@@ -136,7 +136,7 @@ class SuitModel:
     def _of(self, values: dict[str, Floats], key: str) -> Floats:
         """Return a parameter as (sets, 1); 0 if it is not among them."""
         sets = len(next(iter(values.values())))
-        return np.asarray(values.get(key, np.zeros(sets)))[:, np.newaxis]
+        return values.get(key, np.zeros(sets))[:, np.newaxis]
 
     def _loads(self, values: dict[str, Floats], parts: Parts) -> Floats:
         """Return the masses of the loads, (sets, parts)."""
@@ -177,7 +177,7 @@ class SuitModel:
 
     def _shown(self, values: dict[str, Floats], parts: Parts, channel: str, state: State) -> Floats:
         """Return what the sensor of one channel shows, (sets, parts)."""
-        below, above = np.split(np.asarray(_column(state, channel))[:, 0], 2, axis=1)
+        below, above = np.split(_column(state, channel)[:, 0], 2, axis=1)
         mean = 0.5 * (below + above)
         rate = (above - below) / (2.0 * parts.spread) * parts.speed
         if channel == SPOOL_ANGLE:
@@ -224,7 +224,7 @@ class SuitModel:
         sets = stepped(scores, _STEP)
         shown = self.predict(sets, parts, channels).reshape(len(sets), -1)
         slopes = (shown[1:] - shown[0]) / _STEP
-        return shown[0], np.asarray(slopes.T)
+        return shown[0], slopes.T
 
     def set_aside(self, scores: Floats, parts: Parts) -> tuple[Mask, Mask]:
         """Return the parts that the model itself does not vouch for.
@@ -239,16 +239,16 @@ class SuitModel:
         """
         state = self.states(scores[np.newaxis], parts)
         tension = np.minimum(state.balance.flexor, state.balance.extensor)
-        is_taut = ~np.asarray(state.balance.is_slack) & np.isfinite(tension)
+        is_taut = ~state.balance.is_slack & np.isfinite(tension)
         coupling = state.coupling
         design = state.design
-        per_turn = np.asarray(design.flexor_radius) * (
+        per_turn = design.flexor_radius * (
             coupling.moment_arm / coupling.flexor_compliance
             + design.ratio * coupling.extensor_arm / coupling.extensor_compliance
         )
         rate = np.asarray(state.elbow_stiffness / per_turn)[0, 0]  # dα/dθ
         is_back = rate < _LEAST_RATE * np.nanmedian(rate)
-        return np.asarray(~is_taut[0, 0]), np.asarray(is_back)
+        return ~is_taut[0, 0], np.asarray(is_back)
 
     def turn(self, scores: Floats, parts: Parts) -> float:
         """Return the largest way of the spool until both sheaths have turned, rad."""
@@ -256,7 +256,7 @@ class SuitModel:
         turn = reversal(state, state.elbow_angle, parts.flexion)
         ways = np.fmax(turn.flexor.turn, turn.extensor.turn)
         found = ways[np.isfinite(ways)]
-        return float(np.quantile(found, 0.95)) if len(found) else 0.0
+        return np.quantile(found, 0.95) if len(found) else 0.0
 
 
 def _column(state: State, channel: str) -> Any:

@@ -160,7 +160,7 @@ def _causes(estimate: SuitEstimate, row: int, channel: str) -> list[str]:
 
     def freed(columns: Floats) -> Floats:
         """Return columns less what the parameters can explain of them."""
-        return np.asarray(columns - slopes @ (projector @ (slopes.T @ columns)))
+        return columns - slopes @ (projector @ (slopes.T @ columns))
 
     total = float(freed(left[:, np.newaxis])[:, 0] @ left)
     explained = {}
