@@ -188,7 +188,8 @@ def _check_resists(readings: Readings, prepared: PreparedLog, result: FrictionEs
         raise InputError(
             f"friction would help the motion in one direction, unless {differ}",
             where=readings.source,
-            hint="check the directions; calibrate the cells against each other with the same weight",
+            hint="check the directions;"
+            " calibrate the cells against each other with the same weight",
         )
 
 

@@ -171,7 +171,8 @@ def bend_angles(
         return np.ones(total), 0.0, None
     if bend.radians is None:
         raise UsageError(
-            f"the bend angle of the sheath is not given, and {readings.source} has no column for it",
+            "the bend angle of the sheath is not given,"
+            f" and {readings.source} has no column for it",
             where="--bend-angle",
             hint='measure it between the cells: --bend-angle "144 deg", --route,'
             " or a column bend_angle_deg",
