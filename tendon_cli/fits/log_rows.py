@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Self, TypeVar
+
 import numpy as np
 import numpy.typing as npt
 
@@ -20,6 +24,35 @@ _SPIKE_WINDOW = 7
 succession."""
 _MOST_SPIKES = 0.2
 """Share of the rows from which seeming spikes are the corners of steep strokes."""
+
+
+@dataclass(frozen=True, eq=False)
+class LogRows:
+    """Rows of a log: a field that is an array, or a dictionary of arrays, has a value per row."""
+
+    def select(self, rows: Mask | Integers | slice) -> Self:
+        """Select rows by mask, index or slice."""
+        return combined([self], lambda column: column[rows])
+
+
+Rows = TypeVar("Rows", bound=LogRows)
+
+
+def combined(tables: Sequence[Rows], change: Callable[..., Any]) -> Rows:
+    """Return rows whose columns are made by a function of the columns of several tables."""
+    made: dict[str, Any] = {}
+    for name, column in vars(tables[0]).items():
+        columns = [vars(table)[name] for table in tables]
+        if isinstance(column, np.ndarray):
+            made[name] = change(*columns)
+        elif isinstance(column, dict):
+            made[name] = {key: change(*(one[key] for one in columns)) for key in column}
+    return replace(tables[0], **made)
+
+
+def concatenated(tables: Sequence[Rows]) -> Rows:
+    """Return the rows of several tables, one after the other."""
+    return combined(tables, lambda *columns: np.concatenate(columns))
 
 
 def means_by(group: Integers, values: Floats) -> Floats:

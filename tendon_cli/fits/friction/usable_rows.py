@@ -4,12 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.fits.log_rows import SAME_READING, Floats, Integers, Mask, noise_of, spikes
+from tendon_cli.fits.log_rows import (
+    SAME_READING,
+    Floats,
+    Integers,
+    LogRows,
+    Mask,
+    combined,
+    means_by,
+    noise_of,
+    spikes,
+)
 
 REASONS = (
     "",
@@ -67,7 +76,7 @@ _SAME_BEND = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class Log:
+class Log(LogRows):
     """Usable rows of a file, as the estimator sees them; a value per row."""
 
     motor: Floats
@@ -130,26 +139,20 @@ class Log:
         """True if both directions are read, so that gain and friction can be separated."""
         return len(np.unique(self.way[self.bend > 0.0])) == 2
 
-    def select(self, rows: Mask) -> Log:
+    def select(self, rows: Mask | Integers | slice) -> Log:
         """Select rows, and number their strokes anew."""
-        columns = {name: column[rows] for name, column in self._columns().items()}
-        columns["stroke"] = np.unique(columns["stroke"], return_inverse=True)[1]
-        return replace(self, **columns)
+        log = super().select(rows)
+        return replace(log, stroke=np.unique(log.stroke, return_inverse=True)[1])
 
     def means(self, part: Integers) -> Log:
         """Average over the parts 0, 1, ... of strokes; noise becomes that of a mean."""
-        count = np.bincount(part)
-        columns: dict[str, Any] = {
-            name: np.bincount(part, column) / count for name, column in self._columns().items()
-        }
-        columns["noise"] /= np.sqrt(count)
-        for name in ("way", "stroke"):
-            columns[name] = np.rint(columns[name]).astype(np.int64)
-        return replace(self, **columns)
-
-    def _columns(self) -> dict[str, Any]:
-        """Return the fields that have a value per row."""
-        return {name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)}
+        means = combined([self], lambda column: means_by(part, column))
+        return replace(
+            means,
+            noise=means.noise / np.sqrt(np.bincount(part)),
+            way=np.rint(means.way).astype(np.int64),
+            stroke=np.rint(means.stroke).astype(np.int64),
+        )
 
 
 def bend_groups(bend: Floats) -> Integers:

@@ -63,7 +63,8 @@ def check_durations(logs: Sequence[SuitLog], strokes: Sequence[LogStroke]) -> No
     for number, log in enumerate(logs):
         if log.time is None:
             continue
-        taken = [float(np.ptp(log.time[one.rows])) for one in strokes if one.log == number]
+        times = [one.rows.time for one in strokes if one.log == number]
+        taken = [float(np.ptp(time)) for time in times if time is not None]
         usual = float(np.median(taken)) if taken else low
         if low <= usual <= high:
             continue

@@ -11,7 +11,6 @@ import numpy as np
 
 from tendon_cli.errors import InputError
 from tendon_cli.fits.given_logs import given_logs
-from tendon_cli.fits.log_rows import Floats
 from tendon_cli.fits.one_thread import one_thread
 from tendon_cli.fits.suit.fitted_numbers import fitted_numbers
 from tendon_cli.fits.suit.log_columns import SPOOL_ANGLE, Scaling
@@ -23,8 +22,14 @@ from tendon_cli.fits.suit.parameters import (
     sensors_of,
 )
 from tendon_cli.fits.suit.prediction import groups_of, misfits
-from tendon_cli.fits.suit.row_selection import Selection, cut, selected
-from tendon_cli.fits.suit.stroke_parts import AGAINST, SLACK, Parts
+from tendon_cli.fits.suit.stroke_parts import (
+    AGAINST,
+    SLACK,
+    Parts,
+    Selection,
+    selected,
+    strokes_of,
+)
 from tendon_cli.fits.suit.suit_checks import check_durations, check_log, check_motion, note_on_load
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate, fitted
 from tendon_cli.fits.suit.suit_log import SuitLog, read_logs
@@ -46,7 +51,7 @@ _SAME_TURN = 0.2
 """Share by which the way of a turn may change between rounds."""
 
 
-def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[SuitEstimate, Selection]:
+def estimate_of(study: Study, logs: tuple[SuitLog, ...]) -> tuple[SuitEstimate, Selection]:
     """Return the estimate of a suit's numbers, and the rows that it rests on.
 
     Raises:
@@ -56,26 +61,35 @@ def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[SuitEstimate, Se
     numbers = numbers_of(study)
     for log in logs:
         check_log(study, log)
-    thin, every, strokes = cut(logs)
-    check_durations(thin, strokes)
-    has_time = all(log.time is not None for log in thin)
-    sensors = sensors_of(_joined(thin), len(thin), study, has_time=has_time)
-    loads = _stated_loads(thin)
-    if loads or is_exact(study, LOAD):
+    strokes = strokes_of(logs)
+    check_durations(logs, strokes)
+    has_time = all(log.time is not None for log in logs)
+    channels = {
+        name: np.concatenate([log.channels[name] for log in logs]) for name in logs[0].channels
+    }
+    sensors = sensors_of(channels, len(logs), study, has_time=has_time)
+    stated = [log.load_mass for log in logs if log.load_mass is not None]
+    if stated or is_exact(study, LOAD):
         numbers = [parameter for parameter in numbers if parameter.key != LOAD]
-    weighed = [] if is_exact(study, LOAD) else loads_of(loads)
+    weighed = []
+    if stated and not is_exact(study, LOAD):
+        weighed = loads_of(np.unique(np.concatenate(stated)).tolist())
     parameters = [*numbers, *weighed, *sensors]
     if has_time:
         parameters.append(inertia_of(study))
     model = SuitModel(study, parameters)
     middle = np.zeros(len(parameters))
-    selection = selected(thin, every, strokes, 0.0, 1.0)
-    check_motion(model, selection.parts, thin)
+    selection = selected(logs, strokes, 0.0, 1.0)
+    check_motion(model, selection.parts, logs)
     model = _with_zeros(model, selection.parts)
     turn = model.turn(middle, selection.parts)
     estimate: SuitEstimate | None = None
     for _ in range(_ROUNDS):
-        selection = selected(thin, every, strokes, turn, _spool_per_joint(selection.parts))
+        spool_per_joint = 1.0
+        if SPOOL_ANGLE in selection.parts.values:
+            spool = selection.parts.values[SPOOL_ANGLE]
+            spool_per_joint = abs(np.polyfit(selection.parts.angle, spool, 1)[0])
+        selection = selected(logs, strokes, turn, spool_per_joint)
         estimate = fitted(model, selection.parts, estimate)
         is_slack, is_back = model.set_aside(estimate.scores, selection.parts)
         is_left_out = is_slack | is_back
@@ -90,25 +104,6 @@ def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[SuitEstimate, Se
     if estimate is None:
         raise ValueError("a fit has one round or more")
     return estimate, selection
-
-
-def _joined(logs: Sequence[SuitLog]) -> dict[str, Floats]:
-    """Return the channels of all logs, one after the other."""
-    return {name: np.concatenate([log.channels[name] for log in logs]) for name in logs[0].channels}
-
-
-def _stated_loads(logs: Sequence[SuitLog]) -> list[float]:
-    """Return the different loads that the logs state, kg."""
-    stated = [log.load_mass for log in logs if log.load_mass is not None]
-    return [] if not stated else np.unique(np.concatenate(stated)).tolist()
-
-
-def _spool_per_joint(parts: Parts) -> float:
-    """Return the way of the spool per way of the joint; 1 without the spool's angle."""
-    if SPOOL_ANGLE not in parts.values:
-        return 1.0
-    slope = np.polyfit(parts.angle, parts.values[SPOOL_ANGLE], 1)[0]
-    return float(abs(slope))
 
 
 def _with_zeros(model: SuitModel, parts: Parts) -> SuitModel:

@@ -12,7 +12,7 @@ from tendon_cli.fits.log_rows import Floats
 from tendon_cli.fits.suit import parameters as names
 from tendon_cli.fits.suit.fitted_numbers import FittedNumber
 from tendon_cli.fits.suit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE
-from tendon_cli.fits.suit.row_selection import Selection
+from tendon_cli.fits.suit.stroke_parts import Selection
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate
 from tendon_cli.studies.fit_section import BACKLASH
 

@@ -12,7 +12,7 @@ from tendon_cli.fits.suit.fitted_numbers import FittedNumber
 from tendon_cli.fits.suit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE
 from tendon_cli.fits.suit.parameters import GEAR_EFFICIENCY, unit_of
 from tendon_cli.fits.suit.prediction import ChannelMisfit
-from tendon_cli.fits.suit.row_selection import Selection
+from tendon_cli.fits.suit.stroke_parts import Selection
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate
 from tendon_cli.fits.suit.suit_window import Doubt, FittedWindow, advice_on
 from tendon_cli.say.display import Displayed
