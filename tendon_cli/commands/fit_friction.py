@@ -105,12 +105,17 @@ def fit_friction(
         zero_load=zero_load,
         cell_uncertainty=cell_uncertainty,
     )
-    from tendon_cli.fits.friction.fit_report import friction_written, write_fragment, write_strokes
+    from tendon_cli.fits.friction.fit_report import write_fragment, write_strokes
+    from tendon_cli.fits.written import said_of
 
     # What stands there is read before it is replaced.
     is_refused = out is not None and fit.is_doubtful
     files = (plot, None if is_refused else out, strokes)
-    said = [friction_written(file, fit) for file in files if file is not None]
+    said = [
+        said_of(file, "friction.source", fit.source, "the coefficient")
+        for file in files
+        if file is not None
+    ]
     if plot is not None:
         from tendon_cli.figures.friction import draw
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 from tendon_cli.files import begins_with, write_output
 from tendon_cli.fits.friction.fit_result import Fit
-from tendon_cli.fits.written import said_of
+from tendon_cli.fits.written import toml_text
 from tendon_cli.version import __version__
 
 _STROKES_MARK = "# strokes of a log, by tendon fit-friction"
@@ -28,11 +27,6 @@ _OF_ONE_SHEATH = (
     '#     bend_angle = "..."      # not known here: give that of this sheath'
     " when μφ was measured\n"
 )
-
-
-def friction_written(path: Path, fit: Fit) -> str:
-    """Return a line that says what a file was or becomes; call it before it is written."""
-    return said_of(path, "friction.source", fit.source, "the coefficient")
 
 
 def write_fragment(fit: Fit, path: Path, *, overwrite: bool = False) -> None:
@@ -64,23 +58,12 @@ def write_fragment(fit: Fit, path: Path, *, overwrite: bool = False) -> None:
         "rows_set_aside": int((~fit.rows["used"]).sum()),
         "tendon_version": __version__,
     }
-    lines = [f"{key} = {_toml(value)}" for key, value in values.items() if value not in {None, ""}]
+    lines = [
+        f"{key} = {toml_text(value)}" for key, value in values.items() if value not in {None, ""}
+    ]
     header = _HEADER + (_OF_ONE_SHEATH if fit.friction is None else _OF_THE_RIG)
     content = "\n".join([header, "[friction]", *lines, ""]).encode()
     write_output(path, content, is_fragment, overwrite=overwrite)
-
-
-def _toml(value: Any) -> str:
-    """Write a value in TOML.
-
-    A basic string has the escapes of JSON, and one for DEL, which JSON leaves as it is.
-    """
-    if isinstance(value, tuple):
-        return repr(list(value))
-    if not isinstance(value, str):
-        return repr(value)
-    text = value.encode("utf-8", "replace").decode()
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def write_strokes(fit: Fit, path: Path, *, overwrite: bool = False) -> None:

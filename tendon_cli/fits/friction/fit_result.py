@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,6 +14,7 @@ from tendon_cli.fits.friction.budget import BEND, ZEROS, FrictionUncertainty
 from tendon_cli.fits.friction.rig import BendAngle
 from tendon_cli.fits.friction.strokes import Presliding, Speed
 from tendon_cli.fits.friction.usable_rows import REASONS, USED
+from tendon_cli.fits.written import plain
 from tendon_cli.say.display import Displayed
 from tendon_cli.units import counted, shorten
 
@@ -241,17 +242,14 @@ class Fit(Displayed):
         residuals = used["residual"].to_numpy()
         lines = used["line"].to_numpy()
         largest = np.argsort(-np.abs(residuals), kind="stable")[:_MOST_RESIDUALS]
-        bend_angle: float | tuple[float, ...] | None = None
+        bend_angle: Any = self.bend_angles or None
         if len(self.bend_angles) == 1:
             bend_angle = self.bend_angles[0]
-        elif self.bend_angles:
-            bend_angle = self.bend_angles
-        record: dict[str, Any] = _data({name: getattr(self, name) for name in _RECORDED})
-        return record | {
-            "bend_angle": _data(bend_angle),
-            "budget": _data(self.uncertainty.parts),
+        record = {name: getattr(self, name) for name in _RECORDED} | {
+            "bend_angle": bend_angle,
+            "budget": self.uncertainty.parts,
             "coverage_factor": self.uncertainty.coverage,
-            "degrees_of_freedom": _data(self.uncertainty.degrees_of_freedom),
+            "degrees_of_freedom": self.uncertainty.degrees_of_freedom,
             "used": len(used),
             "residuals": {
                 "rms": float(np.sqrt(np.mean(residuals**2))),
@@ -261,16 +259,12 @@ class Fit(Displayed):
                 ],
             },
         }
+        return dict(plain(record))
 
     @property
     def fitted(self) -> float:
         """μ, or μφ without a bend angle."""
         return self.friction_bend / (self.bend_angle or 1.0)
-
-    def holds(self, friction: float) -> bool:
-        """Return True if a μ lies in the 95 % interval."""
-        low, high = self.uncertainty.interval_95
-        return low <= friction <= high
 
     @property
     def from_plain(self) -> float:
@@ -305,19 +299,6 @@ class Fit(Displayed):
         """95 % interval of μφ."""
         half = self.uncertainty.coverage * self.friction_bend_standard_error
         return self.friction_bend - half, self.friction_bend + half
-
-
-def _data(value: Any) -> Any:
-    """Convert to plain JSON values; infinite numbers become null."""
-    if is_dataclass(value):
-        return {field.name: _data(getattr(value, field.name)) for field in fields(value)}
-    if isinstance(value, dict):
-        return {name: _data(part) for name, part in value.items()}
-    if isinstance(value, list | tuple):
-        return [_data(part) for part in value]
-    if isinstance(value, float) and math.isinf(value):
-        return None
-    return value
 
 
 # --- Words ----------------------------------------------------------------------------------------

@@ -156,7 +156,7 @@ class Remarks:
     """Stated readings of the motor's and of the load's cell without load; 0 if not stated."""
     zero_given: bool
     without_load: tuple[dict[str, float], dict[str, float]]
-    """What both read at rest without load, as `readings_without_load` returns it."""
+    """Readings of both at rest without load, as `readings_without_load` returns them."""
 
     def __post_init__(self) -> None:
         """Make `checks`, `notes` and `warnings`."""
@@ -277,7 +277,7 @@ class Remarks:
             for model in self.average.models
             if model.fits_zero and model.evidence > best.evidence - REFUTED
         ]
-        if self.fit.holds(min(rivals)) and self.fit.holds(max(rivals)):
+        if self.fit.uncertainty.holds(min(rivals)) and self.fit.uncertainty.holds(max(rivals)):
             return
         self.warnings.append(
             f"the readings show a zero error, but hardly in which cell: {self.mu} may be anything"
@@ -296,7 +296,7 @@ class Remarks:
         if self.result.delay or not late or DELAY in self.average.best.effects:
             return
         best = max(late, key=lambda model: model.evidence)
-        if best.evidence + STRICT[DELAY] <= likeliest or self.fit.holds(best.friction):
+        if best.evidence + STRICT[DELAY] <= likeliest or self.fit.uncertainty.holds(best.friction):
             return
         value = best.value(DELAY)[0]
         cell = "load" if value > 0.0 else "motor"

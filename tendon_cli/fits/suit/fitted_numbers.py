@@ -12,6 +12,7 @@ from tendon_cli import say
 from tendon_cli.fits.log_rows import Floats
 from tendon_cli.fits.suit.parameters import Parameter
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate
+from tendon_cli.fits.written import plain
 from tendon_cli.space.axis import split_side
 from tendon_cli.studies.study import keys
 
@@ -28,6 +29,8 @@ _NORMAL_COVERAGE = 1.959963984540054
 _IN_SERIES = ("spring.stiffness", "anchor.stiffness", "tendon.youngs_modulus")
 """Stiffnesses whose compliances add up."""
 _STEP = 1e-4
+_RECORDED = ("value", "std", "interval_95", "prior", "learned", "unit")
+"""Fields that the record has under the same names."""
 
 
 @dataclass(frozen=True)
@@ -58,14 +61,7 @@ class FittedNumber:
     @property
     def record(self) -> dict[str, Any]:
         """The number as plain JSON values."""
-        return {
-            "value": self.value,
-            "std": self.std,
-            "interval_95": list(self.interval_95),
-            "prior": self.prior,
-            "learned": self.learned,
-            "unit": self.unit,
-        }
+        return dict(plain({name: getattr(self, name) for name in _RECORDED}))
 
     def text(self, value: float, digits: int = 3) -> str:
         """Return a value of the number in the unit in which people read it."""

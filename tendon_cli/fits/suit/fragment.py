@@ -17,7 +17,7 @@ from tendon_cli.fits.suit.fitted_numbers import FittedNumber
 from tendon_cli.fits.suit.parameters import Parameter, loads_of_study
 from tendon_cli.fits.suit.suit_result import SuitFit
 from tendon_cli.fits.suit.suit_window import loads_judged
-from tendon_cli.fits.written import said_of
+from tendon_cli.fits.written import toml_text
 from tendon_cli.version import __version__
 
 _MARK = "# Numbers of a suit fitted by `tendon fit-suit`."
@@ -31,12 +31,6 @@ _KEEPS_RANGE = 0.3
 """Share of the prior's variance under which a number keeps its stated range."""
 _NOT_OF_THE_SUIT = ("load.",)
 """Tables of numbers that a log states, and that are no part of the suit."""
-
-
-def suit_written(path: Path, fit: SuitFit) -> str:
-    """Return a line that says what a file was or becomes; call it before it is written."""
-    now = say.join_words([log.source for log in fit.selection.logs])
-    return said_of(path, "fit.logs", now, "the numbers")
 
 
 def next_command(fit: SuitFit, study: Path, settings: Sequence[str], out: Path) -> str:
@@ -87,17 +81,17 @@ def suit_fragment(fit: SuitFit) -> str:
     lines = [
         _HEADER,
         "[fit]",
-        f"logs = {json.dumps([log.source for log in fit.selection.logs])}",
-        f"sha256 = {json.dumps([log.sha256 for log in fit.selection.logs])}",
+        f"logs = {toml_text([log.source for log in fit.selection.logs])}",
+        f"sha256 = {toml_text([log.sha256 for log in fit.selection.logs])}",
         f"strokes = {fit.estimate.strokes}",
-        f"warnings = {json.dumps(list(fit.warnings), ensure_ascii=False)}",
+        f"warnings = {toml_text(fit.warnings)}",
         f'tendon_version = "{__version__}"',
         "",
         "[numbers]  # SI; learned: share of the prior's variance that the logs took away",
         *(f'"{number.key}" = {_law(parameter, number)}' for parameter, number in laws),
         "",
         "[covariance]  # SI, in the order of keys",
-        f"keys = {json.dumps([number.key for number in kept])}",
+        f"keys = {toml_text([number.key for number in kept])}",
         f"matrix = {_rows(correlation * np.outer(std, std))}",
         "",
     ]

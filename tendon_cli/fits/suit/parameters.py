@@ -22,7 +22,6 @@ from tendon_cli.fits.suit.log_columns import (
     SPOOL_ANGLE,
     TENSION_CHANNELS,
 )
-from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.fit_section import BACKLASH
 from tendon_cli.studies.study import Study, is_exact, keys
@@ -256,8 +255,3 @@ def usual_inertia(study: Study) -> float:
 def range_of(values: Floats) -> float:
     """Return the range of a channel without its outermost hundredths, SI."""
     return float(np.quantile(values, 0.99) - np.quantile(values, 0.01))
-
-
-def unit_of(channel: str) -> str:
-    """Return the SI unit of a channel."""
-    return SI_UNIT[QUANTITIES[channel].dimension]

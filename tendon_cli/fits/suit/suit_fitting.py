@@ -21,7 +21,6 @@ from tendon_cli.fits.suit.parameters import (
     numbers_of,
     sensors_of,
 )
-from tendon_cli.fits.suit.prediction import groups_of, misfits
 from tendon_cli.fits.suit.stroke_parts import (
     AGAINST,
     SLACK,
@@ -31,7 +30,12 @@ from tendon_cli.fits.suit.stroke_parts import (
     strokes_of,
 )
 from tendon_cli.fits.suit.suit_checks import check_durations, check_log, check_motion, note_on_load
-from tendon_cli.fits.suit.suit_estimate import SuitEstimate, fitted
+from tendon_cli.fits.suit.suit_estimate import (
+    SuitEstimate,
+    channel_misfits,
+    fitted,
+    predicted_with,
+)
 from tendon_cli.fits.suit.suit_log import SuitLog, read_logs
 from tendon_cli.fits.suit.suit_model import SuitModel
 from tendon_cli.fits.suit.suit_remarks import fast_note, gear_note, warnings_of
@@ -162,7 +166,6 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
             where=read[0].source,
             hint="log the spool's angle and the motor's torque with two or more loads",
         )
-    _, predicted_from = groups_of(selection.parts)
     notes = [*on_loads, *(note for log in read for note in log.notes)]
     notes += [*selection.notes, *fast_note(estimate), *gear_note(numbers)]
     window, doubts = fitted_window(estimate, numbers)
@@ -170,8 +173,8 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
         estimate=estimate,
         selection=selection,
         fitted=tuple(numbers),
-        misfits=tuple(misfits(estimate)),
-        predicted_from=predicted_from,
+        channels=channel_misfits(estimate),
+        predicted_from=predicted_with(selection.parts)[1],
         window=window,
         doubts=doubts,
         rests_on=rests_of(estimate, numbers),

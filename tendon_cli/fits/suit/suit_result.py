@@ -10,11 +10,11 @@ from typing import Any, ClassVar
 from tendon_cli import say
 from tendon_cli.fits.suit.fitted_numbers import FittedNumber
 from tendon_cli.fits.suit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE
-from tendon_cli.fits.suit.parameters import GEAR_EFFICIENCY, unit_of
-from tendon_cli.fits.suit.prediction import ChannelMisfit
+from tendon_cli.fits.suit.parameters import GEAR_EFFICIENCY
 from tendon_cli.fits.suit.stroke_parts import Selection
-from tendon_cli.fits.suit.suit_estimate import SuitEstimate
+from tendon_cli.fits.suit.suit_estimate import ChannelMisfit, SuitEstimate
 from tendon_cli.fits.suit.suit_window import Doubt, FittedWindow, advice_on
+from tendon_cli.fits.written import plain
 from tendon_cli.say.display import Displayed
 
 _WIDTH = 100
@@ -31,7 +31,8 @@ class SuitFit(Displayed):
     selection: Selection
     fitted: tuple[FittedNumber, ...]
     """Numbers of the study and errors of sensors."""
-    misfits: tuple[ChannelMisfit, ...]
+    channels: Mapping[str, ChannelMisfit]
+    """Misfit of each channel."""
     predicted_from: str
     """Group without which each part was predicted: "log" or "third of the strokes"."""
     window: FittedWindow | None
@@ -56,11 +57,6 @@ class SuitFit(Displayed):
         return {number.key: number for number in self.fitted if number.is_sensor}
 
     @property
-    def channels(self) -> dict[str, ChannelMisfit]:
-        """Misfit of each channel."""
-        return {misfit.channel: misfit for misfit in self.misfits}
-
-    @property
     def used(self) -> int:
         """Number of rows used."""
         return self.selection.used
@@ -68,21 +64,22 @@ class SuitFit(Displayed):
     @property
     def record(self) -> dict[str, Any]:
         """Fit as plain JSON values, as `--json` prints it; SI."""
-        return {
+        record = {
             "numbers": {key: number.record for key, number in self.numbers.items()},
             "sensors": {key: number.record for key, number in self.sensors.items()},
-            "channels": {name: misfit.record for name, misfit in self.channels.items()},
+            "channels": self.channels,
             "predicted_from": self.predicted_from,
             "window": None if self.window is None else self.window.record,
-            "rests_on": {key: list(resting) for key, resting in self.rests_on.items()},
-            "next": [doubt.record for doubt in self.doubts],
-            "warnings": list(self.warnings),
-            "notes": list(self.notes),
+            "rests_on": self.rests_on,
+            "next": self.doubts,
+            "warnings": self.warnings,
+            "notes": self.notes,
             "used": self.used,
             "set_aside": self.selection.set_aside,
             "strokes": self.estimate.strokes,
             "logs": [{"file": log.source, "sha256": log.sha256} for log in self.selection.logs],
         }
+        return dict(plain(record))
 
     @property
     def text(self) -> str:
@@ -143,8 +140,8 @@ class SuitFit(Displayed):
     def _misfit_text(self) -> str:
         """Return how well each log is predicted from the others."""
         texts = [
-            f"{_of_channel(misfit)} ({say.percent(misfit.share)} of its swing)"
-            for misfit in self.misfits
+            f"{_of_channel(channel, misfit)} ({say.percent(misfit.share)} of its swing)"
+            for channel, misfit in self.channels.items()
         ]
         others = f"each {self.predicted_from} is predicted from the others"
         return f"{others} to within {say.join_words(texts)}"
@@ -158,14 +155,12 @@ class SuitFit(Displayed):
         return _line("rows", text)
 
 
-def _of_channel(misfit: ChannelMisfit) -> str:
+def _of_channel(channel: str, misfit: ChannelMisfit) -> str:
     """Return the misfit of a channel with its unit."""
-    name = say.spaced(misfit.channel)
-    if misfit.channel == SPOOL_ANGLE:
+    name = "torque" if channel == MOTOR_TORQUE else say.spaced(channel)
+    if channel == SPOOL_ANGLE:
         return f"{say.number(math.degrees(misfit.predicted_rms), 2)} deg of {name}"
-    unit = unit_of(misfit.channel)
-    named = "torque" if misfit.channel == MOTOR_TORQUE else name
-    return f"{say.number(misfit.predicted_rms, 2)} {unit} of {named}"
+    return f"{say.number(misfit.predicted_rms, 2)} {misfit.unit} of {name}"
 
 
 def _table(numbers: Sequence[FittedNumber]) -> list[str]:

@@ -60,11 +60,6 @@ class Doubt:
     """Share of the variance of the nearer end of the window that would go if it were known."""
     advice: str
 
-    @property
-    def record(self) -> dict[str, Any]:
-        """The doubt as plain JSON values."""
-        return {"key": self.key, "share": self.share, "advice": self.advice}
-
 
 def window_ends(model: SuitModel, scores: Floats, loads: Floats) -> Floats:
     """Return both ends of the window without slack and instability of suits, F0 in N.
@@ -120,14 +115,14 @@ class FittedWindow:
 
     @property
     def record(self) -> dict[str, Any]:
-        """The window as plain JSON values; null without an end."""
+        """The window by the names of JSON."""
         return {
-            "from": _finite(self.low),
-            "to": _finite(self.high),
+            "from": self.low,
+            "to": self.high,
             "pretension": self.pretension,
-            "margin": _finite(self.margin),
-            "margin_std": _finite(self.margin_std),
-            "loads": list(self.loads),
+            "margin": self.margin,
+            "margin_std": self.margin_std,
+            "loads": self.loads,
         }
 
     @property
@@ -152,11 +147,6 @@ class FittedWindow:
             way = "low" if self.pretension < self.low else "high"
             where = f"the fitted {value} N is {away} too {way}"
         return f"a pretension of {span} {keeps}; {where}{only}"
-
-
-def _finite(value: float) -> float | None:
-    """Return a number; None if it is none or infinite."""
-    return value if math.isfinite(value) else None
 
 
 def loads_judged(estimate: SuitEstimate) -> Floats:
