@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from tendon_cli import say
-from tendon_cli.errors import InputError, TendonError, UsageError
+from tendon_cli.errors import InputError, UsageError
 from tendon_cli.fits.log_rows import Floats, Integers
 from tendon_cli.readers.clock import first_back
 from tendon_cli.readers.heading import Heading, column_called
@@ -86,7 +86,7 @@ _STRONGEST = 1e12
 _LARGEST_RATIO = 20.0
 """Largest ratio of one cell to the other in whole numbers: a decimal comma that is read as a
 separator makes 1 and 236 of "1,236"."""
-_ROLES = ("time", "bend_angle", "bend_uncertainty", "direction", "stroke")
+_ROLES = ("position", "direction", "time", "bend_angle", "bend_uncertainty", "stroke")
 """Roles of columns beside the cells, in the order in which they are read."""
 _TURNS = {"deg": 360.0, "°": 360.0, "rad": 2.0 * math.pi, "rev": 1.0, "": 360.0}
 """One turn of the motor's encoder by the unit of its position; without a unit, in degrees."""
@@ -217,35 +217,41 @@ def read_readings(
             hint="name the two with --cell-1 and --cell-2",
         )
     if not cells and not names:
-        cells = _by_unit(table.columns)
+        for dimension in ("mass", "force"):
+            found = [one for one in table.columns if one.dimension == dimension and one.name]
+            cells = found if len(found) == 2 else cells
         shown = ", ".join(column.shown for column in cells)
         if cells:
             table.notes.append(f"{table.source}: load cells by their unit alone: {shown}")
+    if not cells and names:
+        named = [shorten(name) for name in names]
+        raise UsageError(
+            f'no line of {table.source} has one column "{named[0]}" and one "{named[1]}"',
+            where="--cell-1, --cell-2",
+            hint=f"the columns are {table.shown}",
+        )
     if not cells:
-        raise _lacks_cells(table, names)
-    return _assembled(table, cells[0], cells[1], direction, position)
-
-
-def _lacks_cells(table: Table, names: tuple[str, str] | None) -> TendonError:
-    """Return the error of a table in which the load cells are not found."""
-    if names:
-        first, second = (shorten(name) for name in names)
-        problem = f'no line of {table.source} has one column "{first}" and one "{second}"'
-        hint = f"the columns are {table.shown}"
-        return UsageError(problem, where="--cell-1, --cell-2", hint=hint)
-    problem = f"no header names the two load cells; the columns are {table.shown}"
-    hint = 'call them "load cell 1" and "load cell 2", or name them with --cell-1 and --cell-2'
-    return InputError(problem, where=table.place(), hint=hint)
+        raise InputError(
+            f"no header names the two load cells; the columns are {table.shown}",
+            where=table.place(),
+            hint='call them "load cell 1" and "load cell 2", or name them with --cell-1 and'
+            " --cell-2",
+        )
+    given = {"direction": direction, "position": position}
+    return _assembled(table, cells[0], cells[1], given)
 
 
 def _assembled(
-    table: Table,
-    first: Heading,
-    second: Heading,
-    direction: str | None,
-    position: str | None,
+    table: Table, first: Heading, second: Heading, given: dict[str, str | None]
 ) -> Readings:
-    """Read the needed columns of a table, with both cells in one unit."""
+    """Read the needed columns of a table, with both cells in one unit.
+
+    Args:
+        table: The table.
+        first: Column of cell 1.
+        second: Column of cell 2.
+        given: Headers of other columns that the user names, by role.
+    """
     factors = _check_units(table, first, second)
     forces = (table.numbers(first, may_lack=True), table.numbers(second, may_lack=True))
     _check_calibrated(table, first, forces)
@@ -254,37 +260,45 @@ def _assembled(
         "cell_1": forces[0] * factors[0],
         "cell_2": forces[1] * factors[1],
     }
-    moved = None if position is None else table.called(position, "--position")
-    is_speed = moved is not None and bool(_words_of(moved.header) & _SPEED)
-    if moved:
-        moves = table.numbers(moved, may_lack=True)
-        if not is_speed and moved.unit in _TURNS:
-            moves = table.unwrapped(moved, moves, _TURNS[moved.unit])
-        rows["position"] = moves
-    directed = None if direction is None else table.called(direction, "--direction")
-    columns: dict[str, Heading | None] = {"direction": directed}
+    columns: dict[str, Heading] = {}
     for role in _ROLES:
+        name = given.get(role)
         found = [column for column in table.columns if _meaning_of(column).role == role]
-        columns[role] = columns.get(role) or table.only(found, say.spaced(role))
+        column = table.only(found, say.spaced(role)) if name is None else None
+        if name is not None:
+            column = table.called(name, f"--{role}")
+        if column is not None:
+            columns[role] = column
+    moved = columns.get("position")
+    is_speed = moved is not None and bool(_words_of(moved.header) & _SPEED)
     time_unit = ""
     for role, column in columns.items():
-        if column is None:
-            continue
         if role == "time":
             rows[role], time_unit = _times(table, column)
         elif role in ("direction", "stroke"):
-            rows[role] = _names(table, column)
+            names = table.texts(column)
+            is_file = table.header is not None
+            categories = [*dict.fromkeys(names)] if is_file else None
+            rows[role] = pd.Categorical(names, categories=categories)
+        elif role == "position":
+            rows[role] = table.numbers(column, may_lack=True)
+            if not is_speed and column.unit in _TURNS:
+                rows[role] = table.unwrapped(column, rows[role], _TURNS[column.unit])
         else:
             rows[role] = _radians(table, column, role)
     table.raise_faults()
-    read = [first, second, moved, *columns.values()]
+    read = [first, second, *columns.values()]
     notes = [*table.unread(read), *table.notes]
     unread: tuple[str, ...] = ()
-    if notes and not moved and not columns["direction"]:
+    if notes and not moved and "direction" not in columns:
         unread = _unread_names(table, read)
     if unread:
         shown = f'"{shorten(unread[0], 30)}"'
         notes[0] += f"; if {shown} says the direction, name it direction or give --direction"
+    ends = (_meaning_of(first).end, _meaning_of(second).end)
+    motor = None
+    if ends[0] != ends[1]:
+        motor = "1" if ends[0] == "motor" or ends[1] == "load" else "2"
     return Readings(
         rows=pd.DataFrame(rows, copy=False),
         source=table.source,
@@ -294,19 +308,19 @@ def _assembled(
         position_is_speed=is_speed,
         unit=(first.unit or None) if first.unit == second.unit else "N",
         time_unit=time_unit or None,
-        motor=_motor_by_headers(_meaning_of(first).end, _meaning_of(second).end),
+        motor=motor,
         files=(table.source,),
         notes=tuple(notes),
         unread_names=unread,
     )
 
 
-def _unread_names(table: Table, read: list[Heading | None]) -> tuple[str, ...]:
+def _unread_names(table: Table, read: list[Heading]) -> tuple[str, ...]:
     """Return the header and the words of a column that is not read but may say the direction.
 
     Such a column has two or three different words, and one of them in every row.
     """
-    known = {column.index for column in read if column}
+    known = {column.index for column in read}
     for column in table.columns:
         if column.index in known or not column.header:
             continue
@@ -318,20 +332,6 @@ def _unread_names(table: Table, read: list[Heading | None]) -> tuple[str, ...]:
         if len(words) > 1 and all(re.search(r"[^\W\d_]{2}", word) for word in words):
             return column.header, *sorted(words)
     return ()
-
-
-def _motor_by_headers(first: str | None, second: str | None) -> str | None:
-    """Return "1" or "2", the cell whose header says that it is the motor's; None if none does."""
-    if first == second:
-        return None
-    return "1" if first == "motor" or second == "load" else "2"
-
-
-def _names(table: Table, column: Heading) -> Any:
-    """Return a column of names, as a pandas Categorical."""
-    names = table.texts(column)
-    is_file = table.header is not None
-    return pd.Categorical(names, categories=[*dict.fromkeys(names)] if is_file else None)
 
 
 class _Meaning(NamedTuple):
@@ -397,23 +397,11 @@ def _cells_of(columns: Sequence[Heading], names: tuple[str, str] | None) -> list
     numbered = [column for column in cells if _meaning_of(column).cell is not None]
     if len(cells) > 2 and numbered:
         cells = numbered
-    firsts = [column for column in cells if _is_first(_meaning_of(column))]
+    # Cell 1 is first, or the motor's cell if its header has no number.
+    ranks = {column: (_meaning_of(column).cell or 0, _meaning_of(column).end) for column in cells}
+    firsts = [column for column, rank in ranks.items() if rank[0] == 1 or rank == (0, "motor")]
     seconds = [column for column in cells if column not in firsts]
     return [*firsts, *seconds] if firsts and seconds else []
-
-
-def _is_first(meaning: _Meaning) -> bool:
-    """True for cell 1, and for the motor's cell if its header has no number."""
-    return meaning.cell == 1 or (meaning.cell is None and meaning.end == "motor")
-
-
-def _by_unit(columns: Sequence[Heading]) -> list[Heading]:
-    """Return the only two columns with a unit of force, or else of mass; none if there are not."""
-    for dimension in ("force", "mass"):
-        found = [column for column in columns if column.dimension == dimension and column.name]
-        if len(found) == 2:
-            return found
-    return []
 
 
 def _check_units(table: Table, first: Heading, second: Heading) -> tuple[float, float]:

@@ -84,43 +84,46 @@ class SuitFit(Displayed):
     @property
     def text(self) -> str:
         """Result in words, about one screen: what is wrong stands before any number."""
-        lines = [f"warning: {text}" for text in self.warnings]
-        lines.append(self._first_line())
         stated = [number for number in self.fitted if number.is_stated]
+        untold = [number.key for number in stated if not number.is_told]
+        logs = say.counted(len(self.selection.logs), "log")
+        strokes = say.counted(self.estimate.strokes, "stroke")
+        of_these = f"{len(stated) - len(untold)} of {say.counted(len(stated), 'number')}"
+        lines = [f"warning: {text}" for text in self.warnings]
+        lines.append(f"{logs}, {strokes}: they determine {of_these} to be fitted")
         lines += _table(stated)
-        lines += self._assumed_lines()
-        lines += _named("not told", _untold(self.fitted))
-        lines += _named("off", _unusual(self.fitted))
-        lines += _line("holds?", self._misfit_text())
+        lines += _lines("assumed", self._assumed())
+        if untold:
+            ranges = "range" if len(untold) == 1 else "ranges"
+            text = f"{say.join_words(untold)}: the logs leave most of the stated {ranges}"
+            lines += _lines("not told", [text])
+        off = "; ".join(_unusual(self.fitted))
+        lines += _lines("off", [off] if off else [])
+        texts = [
+            f"{_of_channel(channel, misfit)} ({say.percent(misfit.share)} of its swing)"
+            for channel, misfit in self.channels.items()
+        ]
+        others = f"each {self.predicted_from} is predicted from the others"
+        lines += _lines("holds?", [f"{others} to within {say.join_words(texts)}"])
         if self.window is not None:
-            lines += _line("window", self.window.text)
-        lines += self._help_lines()
-        lines += self._rows_lines()
+            lines += _lines("window", [self.window.text])
+        lines += _lines("helps", self._helps())
+        aside = [f"{rows:,} {reason}" for reason, rows in self.selection.set_aside.items()]
+        rest = f"; set aside: {', '.join(aside)}" if aside else ""
+        lines += _lines("rows", [f"{self.used:,} used{rest}"])
         lines += [f"note: {text}" for text in self.notes]
         return "\n".join(lines)
 
-    def _first_line(self) -> str:
-        """Return what was fitted to what."""
-        told = [number for number in self.fitted if number.is_stated and number.is_told]
-        stated = [number for number in self.fitted if number.is_stated]
-        logs = say.counted(len(self.selection.logs), "log")
-        strokes = say.counted(self.estimate.strokes, "stroke")
-        of_these = f"{len(told)} of {say.counted(len(stated), 'number')}"
-        return f"{logs}, {strokes}: they determine {of_these} to be fitted"
-
-    def _assumed_lines(self) -> list[str]:
+    def _assumed(self) -> list[str]:
         """Return the numbers as stated on which others rest, and what would tell them."""
         by_key = {number.key: number for number in self.fitted}
-        lines: list[str] = []
-        for key, resting in self.rests_on.items():
-            text = (
-                f"{key} is {by_key[key].prior}, which the logs do not tell; if it is further"
-                f" off, so may be {say.join_words(resting)}: {advice_on(key)}"
-            )
-            lines += _line("" if lines else "assumed", text)
-        return lines
+        return [
+            f"{key} is {by_key[key].prior}, which the logs do not tell; if it is further"
+            f" off, so may be {say.join_words(resting)}: {advice_on(key)}"
+            for key, resting in self.rests_on.items()
+        ]
 
-    def _help_lines(self) -> list[str]:
+    def _helps(self) -> list[str]:
         """Return what would tell the numbers that leave most of the doubt in the window."""
         texts = []
         for doubt in self.doubts:
@@ -132,27 +135,7 @@ class SuitFit(Displayed):
                 "what you know better than is usual: state its +/-, or name it as exact under"
                 f' [uncertainty], such as exact = ["{usual[0]}"]'
             )
-        lines = []
-        for place, text in enumerate(texts):
-            lines += _line("" if place else "helps", text)
-        return lines
-
-    def _misfit_text(self) -> str:
-        """Return how well each log is predicted from the others."""
-        texts = [
-            f"{_of_channel(channel, misfit)} ({say.percent(misfit.share)} of its swing)"
-            for channel, misfit in self.channels.items()
-        ]
-        others = f"each {self.predicted_from} is predicted from the others"
-        return f"{others} to within {say.join_words(texts)}"
-
-    def _rows_lines(self) -> list[str]:
-        """Return how many rows were used, and why others were not."""
-        aside = [f"{rows:,} {reason}" for reason, rows in self.selection.set_aside.items()]
-        text = f"{self.used:,} used"
-        if aside:
-            text += f"; set aside: {', '.join(aside)}"
-        return _line("rows", text)
+        return texts
 
 
 def _of_channel(channel: str, misfit: ChannelMisfit) -> str:
@@ -185,11 +168,6 @@ def _table(numbers: Sequence[FittedNumber]) -> list[str]:
     ]
 
 
-def _untold(numbers: Sequence[FittedNumber]) -> list[str]:
-    """Return the numbers asked for that keep their priors."""
-    return [number.key for number in numbers if number.is_stated and not number.is_told]
-
-
 def _unusual(numbers: Sequence[FittedNumber]) -> list[str]:
     """Return numbers that were not asked for and come out far from what is stated."""
     found = sorted(
@@ -209,17 +187,9 @@ def _unusual(numbers: Sequence[FittedNumber]) -> list[str]:
     ]
 
 
-def _named(name: str, items: Sequence[str]) -> list[str]:
-    """Return a line that lists items; none without items."""
-    if not items:
-        return []
-    joined = "; ".join(items)
-    if name == "not told":
-        ranges = "range" if len(items) == 1 else "ranges"
-        joined = f"{say.join_words(items)}: the logs leave most of the stated {ranges}"
-    return _line(name, joined)
-
-
-def _line(name: str, text: str) -> list[str]:
-    """Return a text behind its name, wrapped."""
-    return say.wrap(text, f"  {name:<10}", _WIDTH, " " * 12)
+def _lines(name: str, texts: Sequence[str]) -> list[str]:
+    """Return texts behind their name, wrapped."""
+    lines = []
+    for place, text in enumerate(texts):
+        lines += say.wrap(text, f"  {'' if place else name:<10}", _WIDTH, " " * 12)
+    return lines
