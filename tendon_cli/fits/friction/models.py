@@ -52,6 +52,8 @@ _ALIKE = 0.8
 """Largest correlation of successive points that is believed."""
 _STEPS = 8
 """Largest number of Gauss-Newton steps: only the offsets are not linear, and settle in three."""
+_RATIOS = np.concatenate([[0.0], np.geomspace(1e-3, 1e5, 17)])
+"""Ratios of the variance between strokes to that within them that are tried first."""
 _RIDGE = 1e-14
 """Ridge of the scaled normal matrix, so that collinear columns have a solution."""
 
@@ -156,7 +158,7 @@ def _best_line(products: CrossProducts, unknown: int, least: float, base: int) -
     """
     if np.all(products.lengths == 1.0) or products.strokes.sum() <= base:
         return _line(products, unknown, np.zeros(1), least)
-    grid = np.concatenate([[0.0], np.geomspace(1e-3, 1e5, 17)])
+    grid = _RATIOS
     for _ in range(3):  # to about 1 %, which moves no line
         line = _line(products, unknown, grid, least)
         place = int(np.searchsorted(grid, line.ratio))
