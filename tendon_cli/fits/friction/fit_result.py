@@ -166,11 +166,15 @@ class Fit(Displayed):
         digits = _digits(uncertainty.standard_error)
         low, high = uncertainty.interval_95
         interval = f"{low:.{digits}f} to {high:.{digits}f}"
+        gain = f"{self.gain_ratio:.4f}, motor's cell (cell {self.motor}) over load's; μ is"
+        gain += " corrected for it"
+        if len(self.by_direction) == 1:
+            gain = "1, assumed (one direction only)"
         rows = [
             ("95 % interval", f"{interval}, standard error {uncertainty.standard_error:.2g}"),
             *_zero_rows(self),
             ("bend angle", _bend_text(self)),
-            ("gain ratio", _gain_text(self)),
+            ("gain ratio", gain),
         ]
         for name, direction in self.by_direction.items():
             text = f"{direction.friction:.{digits}f}"
@@ -338,18 +342,13 @@ def _readings_rows(fit: Fit) -> list[tuple[str, str]]:
         rows.append((shorten(file["file"], 18), f"{text}, {counted(file['strokes'], 'stroke')}"))
     for check in fit.checks:
         if check.found and check.name != "gain":
-            rows.append((say.spaced(check.name), _check_text(check)))
+            text = f"{check.value:.3g} ± {check.standard_error:.2g}"
+            if check.unit != "1":
+                text += f" {check.unit}"
+            if check.effect_on_friction:
+                text += f", fitted: {100.0 * check.effect_on_friction:+.1f} % of μ without it"
+            rows.append((say.spaced(check.name), text))
     return rows
-
-
-def _check_text(check: Check) -> str:
-    """Return the size of an effect that was found, and the change of μ without it."""
-    text = f"{check.value:.3g} ± {check.standard_error:.2g}"
-    if check.unit != "1":
-        text += f" {check.unit}"
-    if check.effect_on_friction:
-        text += f", fitted: {100.0 * check.effect_on_friction:+.1f} % of μ without it"
-    return text
 
 
 def _digits(error: float) -> int:
@@ -369,15 +368,6 @@ def _bend_text(fit: Fit) -> str:
         return text
     share = 100.0 * math.radians(1.0) / fit.bend_angles[0]
     return f"{text} (taken as exact; 1 deg more gives {share:.1f} % less μ); {product}"
-
-
-def _gain_text(fit: Fit) -> str:
-    """Return the gain of the motor's cell over that of the load's."""
-    if len(fit.by_direction) == 1:
-        return "1, assumed (one direction only)"
-    return (
-        f"{fit.gain_ratio:.4f}, motor's cell (cell {fit.motor}) over load's; μ is corrected for it"
-    )
 
 
 def _plain_text(fit: Fit, digits: int) -> str:

@@ -81,12 +81,9 @@ def _parsed(text: str) -> BendAngle:
         parts = [part.strip() for part in re.split(r"\+/-|\+-|±", text, maxsplit=1)]
     has_uncertainty = len(parts) == 2
     has_angle = not has_uncertainty or bool(parts[0])
-    try:
-        angle = parse_measure(parts[0], "angle").si if has_angle else LARGEST_BEND
-        uncertainty = parse_measure(parts[1], "angle").si if has_uncertainty else 0.0
-    except UnitError as error:
-        hint = error.hint or 'write "144 deg" or "144 deg +/- 2 deg"'
-        raise UsageError(error.problem, where="--bend-angle", hint=hint) from error
+    like = ("--bend-angle", 'write "144 deg" or "144 deg +/- 2 deg"')
+    angle = _measure(parts[0], "angle", *like) if has_angle else LARGEST_BEND
+    uncertainty = _measure(parts[1], "angle", *like) if has_uncertainty else 0.0
     if not _SMALLEST_BEND <= angle <= LARGEST_BEND:
         size = f"it is at least {_SMALLEST_BEND:g} and at most {LARGEST_BEND:g} rad"
         raise UsageError(
@@ -113,7 +110,15 @@ def _bend_of_route(route: Path, smoothing: str | float | None) -> BendAngle:
 
     name = name_of(route)
     content = content_of(route, MAX_BYTES, "--route names a CSV of x, y and z")
-    noise = _noise_of_route(smoothing)
+    if isinstance(smoothing, str):
+        noise = _measure(smoothing, "length", "--path-smoothing", 'write "0.5 mm"')
+    else:
+        noise = float(smoothing or 0.0)
+    if not 0.0 <= noise < math.inf:
+        raise UsageError(
+            f'"{smoothing}" is not a noise of way-points, expected 0 or more',
+            where="--path-smoothing",
+        )
     measured, warnings = measure_route(read_route(content, name), name, noise)
     bend = measured.bend_angle
     error = measured.standard_error
@@ -133,22 +138,16 @@ def _bend_of_route(route: Path, smoothing: str | float | None) -> BendAngle:
     )
 
 
-def _noise_of_route(smoothing: str | float | None) -> float:
-    """Return the noise of way-points, m; 0 if it is not given."""
-    if isinstance(smoothing, str):
-        try:
-            noise = parse_measure(smoothing, "length").si
-        except UnitError as error:
-            hint = error.hint or 'write "0.5 mm"'
-            raise UsageError(error.problem, where="--path-smoothing", hint=hint) from error
-    else:
-        noise = float(smoothing or 0.0)
-    if not 0.0 <= noise < math.inf:
-        raise UsageError(
-            f'"{smoothing}" is not a noise of way-points, expected 0 or more',
-            where="--path-smoothing",
-        )
-    return noise
+def _measure(text: str, dimension: str, option: str, hint: str) -> float:
+    """Return a number with a unit in SI; the hint shows one that is right.
+
+    Raises:
+        UsageError: if the text is none.
+    """
+    try:
+        return parse_measure(text, dimension).si
+    except UnitError as error:
+        raise UsageError(error.problem, where=option, hint=error.hint or hint) from error
 
 
 def bend_angles(
@@ -269,15 +268,12 @@ def cell_uncertainty_of(
     option = "--cell-uncertainty"
     hint = 'write "0.2 N, 0.5 %, 5 ms"'
     for part in map(str.strip, text.split(",")):
-        try:
-            if part.endswith("%"):
-                gain = parse_measure(part, "number").si
-            elif _TIME.search(part):
-                delay = parse_measure(part, "time").si
-            else:
-                zero = force_of(part, option, unit)
-        except UnitError as error:
-            raise UsageError(error.problem, where=option, hint=hint) from error
+        if part.endswith("%"):
+            gain = _measure(part, "number", option, hint)
+        elif _TIME.search(part):
+            delay = _measure(part, "time", option, hint)
+        else:
+            zero = force_of(part, option, unit)
     if min(zero or 0.0, delay or 0.0) < 0.0 or not 0.0 <= gain < 1.0:
         raise UsageError(
             f'"{shorten(text)}" is not an uncertainty, expected 0 or more', where=option, hint=hint
