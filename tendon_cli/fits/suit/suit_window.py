@@ -21,6 +21,8 @@ from tendon_cli.fits.suit.parameters import loads_of_study
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate
 from tendon_cli.fits.suit.suit_model import SuitModel, stepped
 from tendon_cli.model.actuator import State
+from tendon_cli.model.bounds import Bounds
+from tendon_cli.model.window import ends_of_states
 from tendon_cli.space.axis import PRETENSION
 
 _STEP = 1e-4
@@ -81,18 +83,9 @@ def window_ends(model: SuitModel, scores: Floats, loads: Floats) -> Floats:
     largest = []
     for load in loads:
         state = State.of(replace(design, load_mass=load), angles, flexion)
-        response = state.response
-        least.append(response.required.max(axis=(1, 2)))
-        flexor_slope, extensor_slope = state.arm_slopes
-        at_required = (
-            state.held_stiffness[0]
-            - response.flexor_floor * flexor_slope
-            + response.extensor_floor * extensor_slope
-        )
-        fall = response.flexor_gain * flexor_slope - response.extensor_gain * extensor_slope
-        with np.errstate(divide="ignore", invalid="ignore"):
-            reach = np.where(fall > 0.0, response.required + at_required / fall, np.inf)
-        largest.append(reach.min(axis=(1, 2)))
+        ends = ends_of_states(state, Bounds())
+        least.append(ends.low.max(axis=(1, 2)))
+        largest.append(ends.high.min(axis=(1, 2)))
     return np.stack([np.max(least, axis=0), np.min(largest, axis=0)], axis=-1)
 
 
