@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from tendon_cli.errors import UsageError
 from tendon_cli.readers.heading import Heading, column_called
 from tendon_cli.readers.table import Table
+from tendon_cli.studies.fit_section import Fitting
 from tendon_cli.units import SENSOR_UNITS, factor_of, force_factor, shorten
 
 ELBOW_ANGLE = "elbow_angle"
@@ -73,16 +74,6 @@ _EXAMPLES = {
     TIME: "time (s)",
     **{name: f"{name} (N)" for name in TENSION_CHANNELS},
 }
-
-
-@dataclass(frozen=True)
-class Scaling:
-    """Factors that a study gives for columns that are no quantity of the model by themselves."""
-
-    torque_constant: float | None = None
-    """Torque of the spool per current, N m/A."""
-    counts_per_turn: float | None = None
-    """Counts of the encoders in a turn."""
 
 
 def columns_by_role(
@@ -162,14 +153,14 @@ def _tension(is_flexor: bool, is_extensor: bool, is_proximal: bool, is_distal: b
     return f"{side}_tension_{'proximal' if is_proximal else 'distal'}"
 
 
-def si_factor(table: Table, column: Heading, role: str, scaling: Scaling) -> float:
+def si_factor(table: Table, column: Heading, role: str, section: Fitting) -> float:
     """Return the factor from the numbers of a column to SI; a wrong unit is a fault of the table.
 
     Args:
         table: The log.
         column: The column.
         role: What it gives.
-        scaling: Torque constant and counts per turn of the study.
+        section: Section of the study, which has torque constant and counts per turn.
 
     Raises:
         UsageError: if the study lacks what current or counts need.
@@ -181,21 +172,21 @@ def si_factor(table: Table, column: Heading, role: str, scaling: Scaling) -> flo
         return np.nan
     dimension = column.dimension
     if dimension == CURRENT in wanted:
-        if scaling.torque_constant is None:
+        if section.torque_constant is None:
             raise UsageError(
                 f"{column.shown} is a current, so the fit needs the torque constant",
                 where="fit.torque_constant",
                 hint='such as [fit] torque_constant = "0.12 N m/A", of the spool with its gear',
             )
-        return float(SENSOR_UNITS[column.unit].factor) * scaling.torque_constant
+        return float(SENSOR_UNITS[column.unit].factor) * section.torque_constant.single
     if dimension == COUNTS in wanted:
-        if scaling.counts_per_turn is None:
+        if section.counts_per_turn is None:
             raise UsageError(
                 f"{column.shown} is in counts, so the fit needs how many a turn has",
                 where="fit.counts_per_turn",
                 hint="such as [fit] counts_per_turn = 4096",
             )
-        return 2.0 * math.pi / scaling.counts_per_turn
+        return 2.0 * math.pi / section.counts_per_turn.single
     if role in TENSION_CHANNELS and dimension == "mass":
         return force_factor(column.unit) or np.nan
     symbol = table.unit_of(column, wanted[0])

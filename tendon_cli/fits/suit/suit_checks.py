@@ -32,6 +32,8 @@ _BESIDE = math.radians(20.0)
 """Angle by which a log may leave the range of the study's motion."""
 _MOST_BESIDE = 0.5
 """Share of the log's range beyond that, from which the joint's angle is counted otherwise."""
+_SHAPE = 5
+"""Number of terms of the polynomial over the angle that both directions share."""
 _DURATION = (0.1, 600.0)
 """Least and largest duration of a stroke, s."""
 
@@ -220,12 +222,6 @@ def _check_torque(parts: Parts, expected: Floats, log: SuitLog) -> None:
 
 def _band(parts: Parts, values: Floats) -> float:
     """Return the mean of a channel in flexion above that in extension, at the same angles."""
-    edges = np.quantile(parts.angle, np.linspace(0.0, 1.0, 9))
-    cell = np.clip(np.searchsorted(edges, parts.angle) - 1, 0, 7)
-    bands = [
-        values[(cell == number) & parts.flexion].mean()
-        - values[(cell == number) & ~parts.flexion].mean()
-        for number in range(8)
-        if ((cell == number) & parts.flexion).any() and ((cell == number) & ~parts.flexion).any()
-    ]
-    return float(np.mean(bands)) if bands else 0.0
+    columns = [*np.vander(parts.angle - parts.angle.mean(), _SHAPE).T, parts.sign]
+    solved, *_ = np.linalg.lstsq(np.stack(columns, axis=1), values, rcond=None)
+    return 2.0 * float(solved[-1])

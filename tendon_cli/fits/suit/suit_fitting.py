@@ -13,7 +13,7 @@ from tendon_cli.errors import InputError
 from tendon_cli.fits.given_logs import given_logs
 from tendon_cli.fits.one_thread import one_thread
 from tendon_cli.fits.suit.fitted_numbers import fitted_numbers
-from tendon_cli.fits.suit.log_columns import SPOOL_ANGLE, Scaling
+from tendon_cli.fits.suit.log_columns import SPOOL_ANGLE
 from tendon_cli.fits.suit.parameters import (
     LOAD,
     inertia_of,
@@ -149,14 +149,7 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
     0.084
     """
     checked = any_study(study)
-    sources = given_logs(logs)
-    section = checked.fit
-    constant = section.torque_constant
-    counts = section.counts_per_turn
-    scaling = Scaling(
-        None if constant is None else constant.single, None if counts is None else counts.single
-    )
-    read = read_logs(sources, section.columns.named, scaling)
+    read = read_logs(given_logs(logs), checked.fit)
     on_loads = [note for log in read for note in note_on_load(checked, log)]
     estimate, selection = estimate_of(checked, read)
     numbers = fitted_numbers(estimate)

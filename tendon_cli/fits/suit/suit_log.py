@@ -24,7 +24,6 @@ from tendon_cli.fits.suit.log_columns import (
     MOTOR_TORQUE,
     SPOOL_ANGLE,
     TIME,
-    Scaling,
     columns_by_role,
     si_factor,
     wished_columns,
@@ -35,6 +34,7 @@ from tendon_cli.readers.clock import first_back
 from tendon_cli.readers.heading import Heading
 from tendon_cli.readers.table import Table, read_table
 from tendon_cli.say import join_words, spaced
+from tendon_cli.studies.fit_section import Fitting
 from tendon_cli.units import UnitError, counted, factor_of, parse_measure, shorten
 
 _LEAST_ROWS = 40
@@ -82,21 +82,19 @@ class SuitLog(LogRows):
         return len(self.elbow_angle)
 
 
-def read_logs(
-    sources: Sequence[Any], named: Mapping[str, str], scaling: Scaling
-) -> tuple[SuitLog, ...]:
+def read_logs(sources: Sequence[Any], section: Fitting) -> tuple[SuitLog, ...]:
     """Read the logs of a suit.
 
     Args:
         sources: Paths of CSVs, DataFrames or mappings of names to arrays.
-        named: Headers that the study names, by column.
-        scaling: Torque constant and counts per turn of the study.
+        section: Section of the study: headers of columns, torque constant, counts per turn.
 
     Raises:
         InputError: if a log is wrong, or cannot tell anything about a suit.
         UsageError: if the study lacks what a column needs.
     """
     logs = []
+    named = section.columns.named
     for number, source in enumerate(sources):
         table = _table_of(source, named, f"log {number + 1}")
         by_role = columns_by_role(table.columns, named)
@@ -109,7 +107,7 @@ def read_logs(
                 )
         columns = {role: table.only(by_role.get(role, []), spaced(role)) for role in COLUMNS}
         _refuse_blind(table, columns)
-        logs.append(_suit_log(table, columns, scaling))
+        logs.append(_suit_log(table, columns, section))
     first = logs[0]
     for log in logs[1:]:
         if set(log.channels) != set(first.channels):
@@ -146,7 +144,7 @@ def _table_of(given: Any, named: Mapping[str, str], source: str) -> Table:
     return table
 
 
-def _suit_log(table: Table, columns: Mapping[str, Heading | None], scaling: Scaling) -> SuitLog:
+def _suit_log(table: Table, columns: Mapping[str, Heading | None], section: Fitting) -> SuitLog:
     """Return the log of a table, its rows checked."""
     values: dict[str, Floats] = {}
     headings = {role: column for role, column in columns.items() if column is not None}
@@ -159,7 +157,7 @@ def _suit_log(table: Table, columns: Mapping[str, Heading | None], scaling: Scal
                 table.unit_of(column, "time")
             continue
         values[role] = table.numbers(column, may_lack=True)
-        values[role] *= si_factor(table, column, role, scaling)
+        values[role] *= si_factor(table, column, role, section)
         if role in (ELBOW_ANGLE, SPOOL_ANGLE):
             values[role] = table.unwrapped(column, values[role], 2.0 * np.pi)
     table.raise_faults()
