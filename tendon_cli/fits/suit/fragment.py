@@ -14,7 +14,7 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.files import begins_with, write_output
 from tendon_cli.fits.suit.fitted_numbers import FittedNumber
-from tendon_cli.fits.suit.parameters import Parameter, loads_of_study
+from tendon_cli.fits.suit.parameters import loads_of_study
 from tendon_cli.fits.suit.suit_result import SuitFit
 from tendon_cli.fits.suit.suit_window import loads_judged
 from tendon_cli.fits.written import toml_text
@@ -76,7 +76,6 @@ def suit_fragment(fit: SuitFit) -> str:
     deviation = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(deviation, deviation)
     kept = [fit.fitted[place] for place in places]
-    laws = [(fit.estimate.model.parameters[place], fit.fitted[place]) for place in places]
     std = np.array([number.std for number in kept])
     lines = [
         _HEADER,
@@ -88,7 +87,7 @@ def suit_fragment(fit: SuitFit) -> str:
         f'tendon_version = "{__version__}"',
         "",
         "[numbers]  # SI; learned: share of the prior's variance that the logs took away",
-        *(f'"{number.key}" = {_law(parameter, number)}' for parameter, number in laws),
+        *(f'"{number.key}" = {_law(number)}' for number in kept),
         "",
         "[covariance]  # SI, in the order of keys",
         f"keys = {toml_text([number.key for number in kept])}",
@@ -98,12 +97,12 @@ def suit_fragment(fit: SuitFit) -> str:
     return "\n".join(lines)
 
 
-def _law(parameter: Parameter, number: FittedNumber) -> str:
+def _law(number: FittedNumber) -> str:
     """Return value and deviation of a number as an inline table.
 
     A number that keeps its range has the two ends of it instead.
     """
-    law = parameter.law
+    law = number.law
     values: dict[str, Any] = {"value": number.value, "std": number.std}
     if law.kind == "uniform" and number.learned < _KEEPS_RANGE:
         values = {"from": law.middle - law.spread, "to": law.middle + law.spread}

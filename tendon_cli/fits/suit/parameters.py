@@ -99,7 +99,7 @@ class Parameter:
     log: int | None = None
     """Number of the log to which it belongs; None if it holds for all."""
 
-    def value(self, score: Floats) -> Floats:
+    def at(self, score: Floats) -> Floats:
         """Return the number at normal scores, SI."""
         law = self.law
         if law.kind == "normal" and law.cut_share < 1e-6:

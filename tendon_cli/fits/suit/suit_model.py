@@ -82,7 +82,7 @@ class SuitModel:
             Values, (sets,) each, by key.
         """
         return {
-            parameter.key: parameter.value(scores[:, place])
+            parameter.key: parameter.at(scores[:, place])
             for place, parameter in enumerate(self.parameters)
         }
 

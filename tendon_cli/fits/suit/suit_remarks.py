@@ -88,7 +88,7 @@ def _doubts(estimate: SuitEstimate, numbers: Sequence[FittedNumber]) -> list[str
         number
         for number in numbers
         if " to " not in number.prior
-        and number.prior != "any"
+        and number.log is None
         and number.key not in _DELAY_OF.values()  # a delay is told and allowed for
     ]
     worst = max(known, key=lambda number: abs(number.score), default=None)
@@ -249,7 +249,7 @@ def _number_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
     for number in numbers:
         is_range = " to " in number.prior
         far = _AT_END if is_range else _FAR
-        if number.prior == "any" or number.key in _NAMED_ALONE or abs(number.score) < far:
+        if number.log is not None or number.key in _NAMED_ALONE or abs(number.score) < far:
             continue
         value = number.text(number.value)
         where = f"{value}, {abs(number.score):.1f} standard deviations from {number.prior}: measure"

@@ -175,7 +175,7 @@ def _unusual(numbers: Sequence[FittedNumber]) -> list[str]:
             number
             for number in numbers
             if not number.is_stated
-            and number.prior != "any"
+            and number.log is None
             and number.key != GEAR_EFFICIENCY
             and abs(number.score) >= _UNUSUAL
         ),

@@ -211,7 +211,7 @@ def doubts_in(
     found = []
     for place in np.argsort(-shares).tolist():
         key = numbers[place].key
-        is_asked = key != PRETENSION and numbers[place].prior != "any"
+        is_asked = key != PRETENSION and numbers[place].log is None
         if is_asked and shares[place] >= _LEAST_SHARE:
             found.append(Doubt(key, float(shares[place]), advice_on(key)))
     return found
