@@ -306,7 +306,10 @@ def motor_cell(
         return first, [], []
     changes = [0.0, 0.0]
     if np.any(sides > 0) and np.any(sides < 0):
-        changes = [_change_between(np.log(cell), sides) for cell in cells]
+        changes = [
+            abs(float(np.mean(np.log(cell[sides > 0])) - np.mean(np.log(cell[sides < 0]))))
+            for cell in cells
+        ]
     if readings.motor:
         if changes[0] >= _STILL * max(changes):
             return first, [], []
@@ -325,8 +328,3 @@ def motor_cell(
             return cell, [note], []
     note = "cell 1 is taken as the motor's, because nothing says which is; --motor 2 changes this"
     return "1", [note], []
-
-
-def _change_between(log_force: Floats, sides: Integers) -> float:
-    """Change of the mean log force of a cell between the two limits."""
-    return abs(float(np.mean(log_force[sides > 0]) - np.mean(log_force[sides < 0])))

@@ -169,6 +169,8 @@ class Remarks:
         self.checks: list[Check] = []
         self.notes = [*fit.notes]
         self.warnings = [*fit.warnings]
+        self.note = self.notes.append
+        self.warn = self.warnings.append
         self.is_ambiguous = self._check_look_alikes()
         self._check_effects()
         self._check_which_cell()
@@ -201,7 +203,7 @@ class Remarks:
                 causes.append(cause)
         if len(causes) == 1:
             return False
-        self.warnings.append(
+        self.warn(
             f"these readings cannot tell {say.join_words(causes, 'from')}: {self.mu} may be"
             f" anything from {min(frictions):.3g} to {max(frictions):.3g}, which the interval"
             " allows for; state what the cells read without load (--zero-motor, --zero-load)"
@@ -221,19 +223,19 @@ class Remarks:
             if effect == DELAY and stroke_share > _LATE:
                 cell = "load" if value > 0.0 else "motor"
                 grows = "grows" if value > 0.0 else "falls"
-                self.warnings.append(
+                self.warn(
                     f"delay: the {cell}'s cell is {abs(value):.3g} {check.unit} late,"
                     f" {100.0 * stroke_share:.0f} % of a stroke, or friction {grows} with the"
                     f" speed, which looks the same; {self.mu} is corrected for it; log both cells"
                     " with one clock and one filter, and move more slowly"
                 )
             if effect == FORCE and not self.is_ambiguous:
-                self.warnings.append(
+                self.warn(
                     f"{self.mu} varies with the force to the power {value:.2g}:"
                     " the number holds at the mean force; measure at the force that you use"
                 )
             if effect == ENTRY:
-                self.warnings.append(
+                self.warn(
                     f"friction outside the bend takes {value:.3g} ± {check.standard_error:.1g}"
                     f" of the log ratio and is not in {self.mu};"
                     " look for what rubs at the ends of the sheath"
@@ -279,7 +281,7 @@ class Remarks:
         ]
         if self.fit.uncertainty.holds(min(rivals)) and self.fit.uncertainty.holds(max(rivals)):
             return
-        self.warnings.append(
+        self.warn(
             f"the readings show a zero error, but hardly in which cell: {self.mu} may be anything"
             f" from {min(rivals):.3g} to {max(rivals):.3g};"
             " state what the cells read without load (--zero-motor, --zero-load)"
@@ -300,7 +302,7 @@ class Remarks:
             return
         value = best.value(DELAY)[0]
         cell = "load" if value > 0.0 else "motor"
-        self.warnings.append(
+        self.warn(
             f"delay: the {cell}'s cell may be {abs(value):.2g} {self.time_unit} late, which these"
             f" readings hardly show; {self.mu} would be {best.friction:.4g}; log both cells with"
             " one clock and one filter, and make the strokes longer"
@@ -325,19 +327,19 @@ class Remarks:
         self.checks.append(Check("drift", float(values[0]), float(error[0]), "1", has_drift, 0.0))
         speed = self.fit.speed
         if drifts[0] and speed and abs(speed.power) > 3.0 * speed.standard_error:
-            self.warnings.append(
+            self.warn(
                 f"{self.mu} varies with the speed to the power {speed.power:.2g}: the number is a"
                 " mean over the speeds in the file; measure at the speed that you use"
             )
             drifts[0] = False
         if zero_drift:
-            self.warnings.append(zero_drift)
+            self.warn(zero_drift)
         changes = {self.mu: values[0]} if drifts[0] else {}
         if points.both_ways and drifts[2]:
             changes["the ratio of the cells at the same force"] = values[2]
         if changes:
             said = [f"{name} changes by {100.0 * value:+.1f} %" for name, value in changes.items()]
-            self.warnings.append(
+            self.warn(
                 f"drift: {' and '.join(said)} over the file, so {self.mu} is a mean; a cell's zero"
                 " or gain drifts, their clocks part, or the tendon warms up or runs in: read the"
                 " cells without load before and after, warm them up, run the tendon in, and measure"
@@ -410,8 +412,8 @@ class Remarks:
             means = f", {share:.1f} % of the force, which passes for a gain here: take it off by"
             means += f" {option}"
         is_fitted = OFFSETS[number] in self.average.best.effects
-        remarks = self.warnings if moved > _MATTERS and not is_fitted else self.notes
-        remarks.append(f"without load the {end}'s cell reads {' and '.join(read)}{means}")
+        remark = self.warn if moved > _MATTERS and not is_fitted else self.note
+        remark(f"without load the {end}'s cell reads {' and '.join(read)}{means}")
 
     def _check_zeros(self) -> None:
         """Say how far a zero error would move μ, if the readings do not show it."""
@@ -430,7 +432,7 @@ class Remarks:
         down = float(np.mean(np.log(points.load[points.way == -1])))
         difference = abs(up - down)
         if difference > _FAR_FORCES and moved > _MATTERS:
-            self.warnings.append(
+            self.warn(
                 f"the forces of the two directions differ by {100.0 * difference:.0f} %: {would};"
                 " state the cells' zeros (--zero-motor, --zero-load)"
             )
@@ -441,14 +443,14 @@ class Remarks:
             if assumed:
                 force = f"{max(assumed):.2g}{self.unit}"
                 room = f"; the interval allows for {force} (--cell-uncertainty states yours)"
-            self.notes.append(f"{would}, and these forces would not show it{room}")
+            self.note(f"{would}, and these forces would not show it{room}")
 
     def _check_late(self) -> None:
         """Say how far a late cell would move μ, if it is assumed and not known how late one is."""
         for part in self.fit.uncertainty.parts:
             share = part.contribution / self.friction
             if part.name == LATE and share > _NOTED:
-                self.notes.append(
+                self.note(
                     f"a cell that is {part.standard_uncertainty:.2g} {part.unit} late would move"
                     f" {self.mu} by {100.0 * share:.1f} %, and while the force changes steadily"
                     " these readings would not show it; the interval allows for it"
@@ -461,7 +463,7 @@ class Remarks:
             has_both = len(np.unique(self.log.way)) == 2
             found = "only one direction reaches a limit" if has_both else "one direction only"
             change = 1.0 / float(self.points.bend.max()) / self.friction
-            (self.warnings if has_both else self.notes).append(
+            (self.warn if has_both else self.note)(
                 f"{found}: gain and zero errors of the cells hide in {self.mu};"
                 f" 1 % between the gains would change it by {change:.1f} %"
             )
@@ -475,14 +477,12 @@ class Remarks:
         excess = max(gain, 1.0 / gain) - 1.0
         reads = f"one cell reads {100.0 * excess:.0f} % more than the other at the same force"
         if excess > _GAIN_WARNING:
-            self.warnings.append(
+            self.warn(
                 f"{reads}: one of them is not calibrated, or does not measure this tendon;"
                 " load both with the same weight"
             )
         elif excess > _GAIN_NOTE:
-            self.notes.append(
-                f"{reads}; this cancels between the directions, but calibrate the cells"
-            )
+            self.note(f"{reads}; this cancels between the directions, but calibrate the cells")
 
     def _check_rows(self) -> None:
         """Warn of many rows set aside for one fault, and of rows that have not settled."""
@@ -494,22 +494,22 @@ class Remarks:
             # Before and after the strokes a tendon may be slack.
             share = float(np.mean((moving if code == NOT_POSITIVE else codes) == code))
             if share > most:
-                self.warnings.append(f"{100.0 * share:.0f} % of the rows {text}")
+                self.warn(f"{100.0 * share:.0f} % of the rows {text}")
         if self.fit.leaves_out_most and not self.fit.is_doubtful:
-            self.notes.append(
+            self.note(
                 f"{strokes_used(self.fit)} found reach the limit; the others are left out, and the"
                 " rows as a whole show the same number"
             )
         share = float(np.mean(self.result.used))
         if share < _FEW_USED:
-            self.warnings.append(
+            self.warn(
                 f"only {100.0 * share:.0f} % of the rows lie on a limit, so {self.mu} may come"
                 " from peaks: a cell is late or the strokes are short; log both cells with one"
                 " clock and make the strokes longer"
             )
         climb = climbing(self.log, self.result)
         if climb > _CLIMBS:
-            self.warnings.append(
+            self.warn(
                 f"the force ratio still climbs on the limit, by {100.0 * climb:.0f} % of its change"
                 f" in a stroke: {self.mu} may be too small; make the strokes longer"
             )
@@ -520,30 +520,30 @@ class Remarks:
         friction = self.friction
         coarse = fit.uncertainty.contribution_of(RESOLUTION) / friction
         if coarse > _MATTERS:
-            self.warnings.append(
+            self.warn(
                 f"the resolution of the cells makes {self.mu} uncertain by {100.0 * coarse:.0f} %;"
                 " use a finer converter"
             )
         least = LEAST_SCATTER * friction / math.sqrt(self.points.strokes)
         if not self.log.shows_steps and self.average.scatter < least:
-            (self.warnings if len(self.log.way) >= LOG_ROWS else self.notes).append(
+            (self.warn if len(self.log.way) >= LOG_ROWS else self.note)(
                 "repeated readings are all alike and do not show how finely the cells read: a unit"
                 " of the last decimal is assumed; use a finer converter"
             )
         if self.points.strokes < FEW:
-            self.warnings.append(
+            self.warn(
                 f"{counted(self.points.strokes, 'stroke')} cannot show how strokes scatter:"
                 f" {100.0 * FEW_SHARE:.0f} % of {self.mu} is assumed; repeat the measurement"
             )
         if abs(fit.from_plain) > _PLAIN_AWAY:
-            self.warnings.append(
+            self.warn(
                 f"{self.mu} differs by {100.0 * fit.from_plain:+.0f} % from the plain answer,"
                 f" {fit.plain.friction:.3g}; see which rows are used (--plot)"
             )
         slack = 2.0 * fit.uncertainty.standard_error
         alone = [direction.friction for direction in fit.by_direction.values()]
         if len(alone) == 2 and not min(alone) - slack <= friction <= max(alone) + slack:
-            self.warnings.append(
+            self.warn(
                 f"{self.mu} lies outside what each direction gives alone,"
                 f" {alone[0]:.3g} and {alone[1]:.3g}: the effects fitted for the rig cause this;"
                 " state the cells' zeros"

@@ -17,7 +17,7 @@ from tendon_cli.errors import UsageError
 from tendon_cli.readers.heading import Heading, column_called
 from tendon_cli.readers.table import Table
 from tendon_cli.studies.fit_section import Fitting
-from tendon_cli.units import SENSOR_UNITS, factor_of, force_factor, shorten
+from tendon_cli.units import SENSOR_UNITS, factor_of, force_factor
 
 ELBOW_ANGLE = "elbow_angle"
 SPOOL_ANGLE = "spool_angle"
@@ -87,7 +87,7 @@ def columns_by_role(
     """
     by_role: dict[str, list[Heading]] = {}
     for column in columns:
-        by_role.setdefault(_role_of(column), []).append(column)
+        by_role.setdefault(_role(column), []).append(column)
     for role, wanted in named.items():
         stated = Heading.of(0, wanted)  # the study may add the unit
         called = column_called(columns, wanted) or column_called(columns, stated.name)
@@ -100,22 +100,17 @@ def columns_by_role(
     return by_role
 
 
-def _role_of(column: Heading) -> str:
-    """Find what a column gives by the words of its header and by its unit; empty if nothing."""
-    plain = re.sub(r"[_\-.]+", " ", column.text.casefold())
-    words = set(re.findall(r"[^\W\d_]+", plain))
+def _role(column: Heading) -> str:
+    """Return what a column gives by the words of its header and by its unit; empty if nothing."""
+    text = _plain(column.text)
+    words = set(re.findall(r"[^\W\d_]+", text))
     dimension = "time" if column.clock else column.dimension or None
-    return "" if _WISHED.search(plain) else _role(plain, words, dimension)
-
-
-def _role(text: str, words: set[str], dimension: str | None) -> str:
-    """Return the column that words and a dimension mean; empty if they mean none."""
 
     def has(*stems: str) -> bool:
         """Return True if a short stem is a word, or a longer one is part of one."""
         return any(stem in words if len(stem) < 4 else stem in text for stem in stems)
 
-    if has(*_DERIVED):
+    if _WISHED.search(text) or has(*_DERIVED):
         return ""
     if dimension == "time" or (dimension is None and words & set(_TIME_WORDS)):
         return TIME
@@ -128,7 +123,9 @@ def _role(text: str, words: set[str], dimension: str | None) -> str:
     is_angle = dimension in ("angle", COUNTS)
     if is_angle and not has(*_ANGLE_WORDS):
         # The unit says that it is an angle: "motor (counts)", "elbow (deg)".
-        return _bare_angle(has(*_SPOOL), has(*_JOINT_ALONE))
+        if has(*_SPOOL) == has(*_JOINT_ALONE):
+            return ""
+        return SPOOL_ANGLE if has(*_SPOOL) else ELBOW_ANGLE
     if has(*_ANGLE_WORDS) and (is_angle or dimension is None):
         if has(*_SPOOL) and not has("elbow", "ellbogen", "joint", "gelenk"):
             return SPOOL_ANGLE
@@ -138,11 +135,9 @@ def _role(text: str, words: set[str], dimension: str | None) -> str:
     return ""
 
 
-def _bare_angle(is_spool: bool, is_joint: bool) -> str:
-    """Return the angle that a header names by its place alone; empty if the words leave it open."""
-    if is_spool == is_joint:
-        return ""
-    return SPOOL_ANGLE if is_spool else ELBOW_ANGLE
+def _plain(text: str) -> str:
+    """Return a header in small letters, with blanks between its words."""
+    return re.sub(r"[_\-.]+", " ", text.casefold())
 
 
 def _tension(is_flexor: bool, is_extensor: bool, is_proximal: bool, is_distal: bool) -> str:
@@ -193,10 +188,6 @@ def si_factor(table: Table, column: Heading, role: str, section: Fitting) -> flo
     return factor_of(symbol) if symbol else np.nan
 
 
-def wished_columns(columns: list[Heading]) -> list[str]:
-    """Return the headers of columns that hold what was asked of the motor."""
-    return [
-        shorten(column.header, 40)
-        for column in columns
-        if _WISHED.search(re.sub(r"[_\-.]+", " ", column.header.casefold()))
-    ]
+def is_wished(column: Heading) -> bool:
+    """Return True if a column holds what was asked of the motor."""
+    return bool(_WISHED.search(_plain(column.header)))

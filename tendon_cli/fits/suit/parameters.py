@@ -150,8 +150,10 @@ def numbers_of(study: Study) -> list[Parameter]:
     for key, number in study.numbers.items():
         if number.is_axis or is_exact(study, key) or key.startswith(_NOT_FITTED):
             continue
+        common = split_side(key)[0]
         law = number.uncertain or _usual_law(study, key)
-        if law is None or not _is_model_number(key):
+        # The states of a suit depend on these numbers.
+        if law is None or common not in {*TOLERANCES, "tendon.diameter"}:
             continue
         of_number = keys()[key].number
         unit = SI_UNIT[of_number.quantity.dimension]
@@ -161,12 +163,6 @@ def numbers_of(study: Study) -> list[Parameter]:
         problem = "nothing is to be fitted: the study gives no number with +/- or a range"
         raise StudyError([Fault("", problem, hint)])
     return sorted(found, key=lambda parameter: not parameter.is_stated)
-
-
-def _is_model_number(key: str) -> bool:
-    """Return True for a number on which the states of a suit depend."""
-    common = split_side(key)[0]
-    return common in TOLERANCES or common == "tendon.diameter"
 
 
 def _usual_law(study: Study, key: str) -> Uncertain | None:
@@ -212,11 +208,6 @@ def sensors_of(
             name = SPOOL_ZERO if logs == 1 else f"{SPOOL_ZERO} {log + 1}"
             found.append(Parameter(name, law, "rad", is_sensor=True, log=log))
     return [parameter for parameter in found if not is_exact(study, parameter.key)]
-
-
-def stated_load(key: str) -> float:
-    """Return the mass that a load is named by, kg."""
-    return float(key.split()[1])
 
 
 def loads_of(loads: Sequence[float]) -> list[Parameter]:

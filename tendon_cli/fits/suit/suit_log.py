@@ -25,8 +25,8 @@ from tendon_cli.fits.suit.log_columns import (
     SPOOL_ANGLE,
     TIME,
     columns_by_role,
+    is_wished,
     si_factor,
-    wished_columns,
 )
 from tendon_cli.fits.suit.parameters import range_of
 from tendon_cli.quantities import PLAUSIBLE
@@ -284,8 +284,11 @@ def _refuse_blind(table: Table, columns: Mapping[str, Heading | None]) -> None:
         reasons.append("it has no spool angle, motor torque or tension that was measured")
     if not reasons:
         return
-    wished = wished_columns(table.columns)
-    reasons += [f'"{name}" was asked for or derived, not measured' for name in wished]
+    reasons += [
+        f'"{shorten(column.header, 40)}" was asked for or derived, not measured'
+        for column in table.columns
+        if is_wished(column)
+    ]
     said = " ".join(table.comments)
     if _COMMANDED.search(said) and columns[MOTOR_TORQUE] is not None:
         reasons.append("its first lines say that the torque was commanded, not measured")

@@ -289,7 +289,7 @@ def _sensor_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
     gain = by_key.get(names.TORQUE_GAIN)
     loads = [number for number in numbers if number.unit == "kg" and number.is_sensor]
     if gain is not None and loads:
-        heavier = [number.value / names.stated_load(number.key) - 1.0 for number in loads]
+        heavier = [number.value / number.law.middle - 1.0 for number in loads]
         more = gain.value + float(np.mean(heavier))
         if abs(more) > _MORE_TORQUE:
             way = "more" if more > 0.0 else "less"

@@ -163,7 +163,7 @@ def fitted_window(
     sets = stepped(estimate.scores, _STEP)
     ends = window_ends(model, sets, loads)
     low, high = (float(end) for end in ends[0])
-    pretension = model.values(sets)[PRETENSION]
+    pretension = model.values(sets)[PRETENSION][:, 0]
     above = pretension - ends[:, 0]
     below = ends[:, 1] - pretension
     is_upper = bool(below[0] < above[0])
