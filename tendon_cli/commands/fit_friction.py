@@ -105,7 +105,7 @@ def fit_friction(
         zero_load=zero_load,
         cell_uncertainty=cell_uncertainty,
     )
-    from tendon_cli.fits.friction.fit_report import write_fragment, write_strokes
+    from tendon_cli.fits.friction.fit_result import write_fragment, write_strokes
     from tendon_cli.fits.written import said_of
 
     # What stands there is read before it is replaced.
@@ -150,7 +150,7 @@ def _check_outputs(
         overwrite: True to replace files that tendon did not write.
     """
     from tendon_cli.files import check_output, is_figure
-    from tendon_cli.fits.friction.fit_report import is_fragment, is_strokes
+    from tendon_cli.fits.friction.fit_result import is_fragment, is_strokes
 
     outputs = [
         ("--plot", plot, is_figure),

@@ -39,7 +39,7 @@ def fit_suit(
     import tendon_cli as tendon
     from tendon_cli import say
     from tendon_cli.files import check_output, is_figure
-    from tendon_cli.fits.suit.fragment import (
+    from tendon_cli.fits.suit.suit_result import (
         is_suit_fragment,
         next_command,
         write_suit_fragment,
