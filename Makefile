@@ -78,8 +78,8 @@ $(TORTURE): $(READY)
 torture: $(TORTURE)  ## the whole of what the tests sample
 	$(BIN)/python -m pytest -q -n auto -m torture
 
-friction: $(READY)  ## fit 200 seeds of every simulated rig, table in verification/friction.md
-	@nice $(BIN)/python -m verification.friction_rigs.torture --write verification/friction.md
+friction: $(READY)  ## fit every simulated rig, table in verification/friction.md; SEEDS=40 for a look
+	@nice $(BIN)/python -m verification.friction_rigs.torture $(SEEDS:%=--seeds %) --write verification/friction.md
 
 mutants: $(READY)  ## put random faults into copies of the package and see whether the tests notice; MUTANTS="--count 60"
 	nice $(BIN)/python -m tools.mutants $(MUTANTS)

@@ -105,12 +105,17 @@ def fit_friction(
         zero_load=zero_load,
         cell_uncertainty=cell_uncertainty,
     )
-    from tendon_cli.fits.friction.fit_report import friction_written, write_fragment, write_strokes
+    from tendon_cli.fits.friction.fit_result import write_fragment, write_strokes
+    from tendon_cli.fits.written import said_of
 
     # What stands there is read before it is replaced.
     is_refused = out is not None and fit.is_doubtful
     files = (plot, None if is_refused else out, strokes)
-    said = [friction_written(file, fit) for file in files if file is not None]
+    said = [
+        said_of(file, "friction.source", fit.source, "the coefficient")
+        for file in files
+        if file is not None
+    ]
     if plot is not None:
         from tendon_cli.figures.friction import draw
 
@@ -145,7 +150,7 @@ def _check_outputs(
         overwrite: True to replace files that tendon did not write.
     """
     from tendon_cli.files import check_output, is_figure
-    from tendon_cli.fits.friction.fit_report import is_fragment, is_strokes
+    from tendon_cli.fits.friction.fit_result import is_fragment, is_strokes
 
     outputs = [
         ("--plot", plot, is_figure),

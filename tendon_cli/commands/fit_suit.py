@@ -37,13 +37,14 @@ def fit_suit(
 ) -> None:
     """Fit a suit's friction, pretension and stiffnesses to logs of its own motor and joint."""
     import tendon_cli as tendon
+    from tendon_cli import say
     from tendon_cli.files import check_output, is_figure
-    from tendon_cli.fits.suit.fragment import (
+    from tendon_cli.fits.suit.suit_result import (
         is_suit_fragment,
         next_command,
-        suit_written,
         write_suit_fragment,
     )
+    from tendon_cli.fits.written import said_of
 
     for option, file, is_ours in (("--plot", plot, is_figure), ("--out", out, is_suit_fragment)):
         if file is None:
@@ -54,7 +55,12 @@ def fit_suit(
         check_output(file, is_ours, overwrite=overwrite)
     fit = tendon.fit_suit(tendon.study(study, settings or ()), logs)
     # What stands there is read before it is replaced.
-    said = [suit_written(file, fit) for file in (plot, out) if file is not None]
+    sources = say.join_words([log.source for log in fit.selection.logs])
+    said = [
+        said_of(file, "fit.logs", sources, "the numbers")
+        for file in (plot, out)
+        if file is not None
+    ]
     if plot is not None:
         fit.plot(out=plot, overwrite=overwrite)
     if out is not None:

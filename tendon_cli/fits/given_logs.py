@@ -38,7 +38,9 @@ def given_logs(logs: object) -> list[Any]:
                 if source.is_file():
                     identity = file_sha256(source)
         if identity in seen:
-            problem = f"{name} has the same readings as {seen[identity]}, and would count twice"
-            raise UsageError(problem, hint="leave one of them out")
+            raise UsageError(
+                f"{name} has the same readings as {seen[identity]}, and would count twice",
+                hint="leave one of them out",
+            )
         seen[identity] = name
     return sources

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Self, TypeVar
+
 import numpy as np
 import numpy.typing as npt
 
@@ -22,6 +26,40 @@ _MOST_SPIKES = 0.2
 """Share of the rows from which seeming spikes are the corners of steep strokes."""
 
 
+@dataclass(frozen=True, eq=False)
+class LogRows:
+    """Rows of a log: a field that is an array, or a dictionary of arrays, has a value per row."""
+
+    def select(self, rows: Mask | Integers | slice) -> Self:
+        """Select rows by mask, index or slice."""
+        return combined([self], lambda column: column[rows])
+
+
+Rows = TypeVar("Rows", bound=LogRows)
+
+
+def combined(tables: Sequence[Rows], change: Callable[..., Any]) -> Rows:
+    """Return rows whose columns are made by a function of the columns of several tables."""
+    made: dict[str, Any] = {}
+    for name, column in vars(tables[0]).items():
+        columns = [vars(table)[name] for table in tables]
+        if isinstance(column, np.ndarray):
+            made[name] = change(*columns)
+        elif isinstance(column, dict):
+            made[name] = {key: change(*(one[key] for one in columns)) for key in column}
+    return replace(tables[0], **made)
+
+
+def concatenated(tables: Sequence[Rows]) -> Rows:
+    """Return the rows of several tables, one after the other."""
+    return combined(tables, lambda *columns: np.concatenate(columns))
+
+
+def means_by(group: Integers, values: Floats) -> Floats:
+    """Return the mean of the values of each group 0, 1, ..."""
+    return np.bincount(group, values) / np.bincount(group)
+
+
 def noise_of(values: Floats, side: Integers | None = None) -> float:
     """Return the standard deviation of a row about its neighbours.
 
@@ -35,7 +73,7 @@ def noise_of(values: Floats, side: Integers | None = None) -> float:
         return 0.0
     noise = 1.4826 * float(np.median(deviations))
     # A steady change cancels up to the last binary digit.
-    if noise > SAME_READING * float(np.max(np.abs(values))):
+    if noise > SAME_READING * np.max(np.abs(values)):
         return noise
     # Most differences of a coarse cell are zero, and a mean without the largest tenth still sees
     # its steps.
@@ -48,6 +86,6 @@ def spikes(values: Floats, least: float) -> Mask:
     from scipy.ndimage import median_filter
 
     away = np.abs(values - median_filter(values, _SPIKE_WINDOW, mode="nearest"))
-    by_noise = max(_SPIKE_MEDIANS * float(np.median(away)), _SPIKE_NOISE * noise_of(values))
+    by_noise = max(_SPIKE_MEDIANS * np.median(away), _SPIKE_NOISE * noise_of(values))
     found = away > max(by_noise, least)
     return np.asarray(found & (np.mean(found) < _MOST_SPIKES))

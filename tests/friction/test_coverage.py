@@ -28,9 +28,9 @@ SHARP = [
 
 @pytest.fixture(scope="module")
 def counts():
-    """Fit two seeds of every case; `make torture` has 200."""
+    """Fit a seed of every case, two of those whose mean is tested; `make torture` has 200."""
     by_rig = sorted(CASES, key=lambda name: str(CASES[name].rig))
-    return {name: run(name, 2, first_seed=5) for name in by_rig}
+    return {name: run(name, 1 + (name in SHARP), first_seed=5) for name in by_rig}
 
 
 def test_hardly_any_fit_is_silently_wrong(counts) -> None:
@@ -72,8 +72,7 @@ def test_what_never_slips_is_refused(counts) -> None:
 
 
 @pytest.mark.parametrize(
-    "changed",
-    [{"load_spring": 1.0}, {"load_spring": 0.1}, {"load_spring": 1.0, "sinusoidal": True}],
+    "changed", [{"load_spring": 0.1}, {"load_spring": 1.0, "sinusoidal": True}]
 )
 def test_readings_without_noise_are_exact_and_show_nothing(changed: dict[str, Any]) -> None:
     rig = replace(
@@ -84,7 +83,7 @@ def test_readings_without_noise_are_exact_and_show_nothing(changed: dict[str, An
         gain_scatter=0.0,
         **changed,
     )
-    for fit in fits_of(rig, 4):
+    for fit in fits_of(rig, 2):
         assert fit.friction == pytest.approx(rig.friction, rel=1e-4)
         assert covers(fit)
         assert not fit.warnings
@@ -118,7 +117,7 @@ def test_a_zero_error_that_matters_is_warned_of_where_the_directions_differ(down
 @pytest.mark.parametrize("name", ["dwell while sticking", "delay 100 ms, crank"])
 def test_weak_spots_hold(name: str) -> None:
     """A motor pauses while the tendon sticks; noise of a late cell must not hide how late it is."""
-    count = run(name, 20, first_seed=9)
+    count = run(name, 8, first_seed=9)
     assert len(count.fits) == count.seeds
     assert np.mean([covers(fit) for fit in count.fits]) >= 0.8
     assert abs(count.bias()) < 0.015
@@ -127,7 +126,7 @@ def test_weak_spots_hold(name: str) -> None:
 def test_a_pause_just_below_the_limit_is_no_slip() -> None:
     """The motor stands where the ratio is at 0.92 to 0.98 of the limit, and goes on to it."""
     rig = replace(CASES["clean"].rig, dwell=60, sticking=(0.51, 0.56))
-    fits = fits_of(rig, 12, first_seed=2)
+    fits = fits_of(rig, 8, first_seed=2)
     assert np.mean([covers(fit) for fit in fits]) >= 0.75
     assert np.mean([fit.friction for fit in fits]) == pytest.approx(FRICTION, rel=5e-3)
 

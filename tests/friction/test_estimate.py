@@ -128,7 +128,7 @@ def codes_of_a_weight(noise: float, rows: int, *, load: float = 33.25) -> np.nda
     return table
 
 
-FACTORS = ((1, 0), (0.5, 1), (2.9143, 4), (math.pi, 9), (0.0981, 4), (1e-3, 3))
+FACTORS = ((1, 0), (2.9143, 4), (math.pi, 9), (1e-3, 3))
 """Newtons of a code, and decimals that are written."""
 
 
@@ -219,7 +219,7 @@ def log_with_a_warming_cell(seed: int, drift: float) -> dict[str, np.ndarray]:
 
 @pytest.mark.parametrize("drift", [0.75, 0.0, -0.75])
 def test_a_zero_that_drifts_is_warned_of(drift: float) -> None:
-    for seed in range(4):
+    for seed in range(2):
         fit = fit_friction(log_with_a_warming_cell(seed, drift), bend_angle="300 deg")
         drifts = any(text.startswith("drift: ") for text in fit.warnings)
         assert drifts == bool(drift)
@@ -275,7 +275,7 @@ def test_the_interval_of_settled_strokes_is_that_of_the_t_test_of_two_directions
 
 @pytest.mark.parametrize("named", [True, False], ids=["named", "by the forces"])
 @pytest.mark.parametrize("rows", [1, 2, 3], ids="{} a stroke".format)
-@pytest.mark.parametrize("noise", [0.003, 0.02, 0.04])
+@pytest.mark.parametrize("noise", [0.003, 0.04])
 def test_settled_readings_are_all_used_whatever_they_scatter(noise, rows, named) -> None:
     held = 0
     for seed, strokes in enumerate((2, 3, 4, 6, 10, 40)):
@@ -295,7 +295,7 @@ def test_settled_readings_are_all_used_whatever_they_scatter(noise, rows, named)
 @pytest.mark.parametrize("named", [True, False], ids=["named", "by the forces"])
 def test_angles_and_directions_in_random_order(named) -> None:
     held = 0
-    for seed in range(20):
+    for seed in range(8):
         rng = np.random.default_rng(seed)
         angles = np.radians([90.0, 180.0, 270.0, 360.0] * 3)
         angle = np.tile(angles, 2)
@@ -309,7 +309,7 @@ def test_angles_and_directions_in_random_order(named) -> None:
         fit = fit_friction({name: column[order] for name, column in columns.items()})
         assert np.count_nonzero(fit.rows.used) >= angle.size - 2
         held += holds(fit, 0.08)
-    assert held >= 17
+    assert held >= 7
 
 
 def test_one_direction_takes_the_gain_as_one_and_says_so(csv_file) -> None:
@@ -352,7 +352,7 @@ def test_friction_outside_of_the_bend_shows_at_several_bends(csv_file, outside: 
 
 def test_offsets_in_a_log_with_a_spring_at_the_load() -> None:
     rig = Rig(0.1, load_spring=10.0, offsets=(0.06, -0.04))
-    for fit in fits_of(rig, 3):
+    for fit in fits_of(rig, 2):
         assert holds(fit, 0.1)
         assert fit.friction == pytest.approx(0.1, rel=0.03)
 
@@ -398,7 +398,7 @@ def test_a_short_history_without_noise_is_exact(friction: float) -> None:
         assert fit.gain_ratio == pytest.approx(1.0, abs=1e-3)
 
 
-@pytest.mark.parametrize(("seed", "rows"), [(1, 60), (1, 200), (2, 60)])
+@pytest.mark.parametrize(("seed", "rows"), [(1, 200), (2, 60)])
 def test_more_of_the_same_is_no_evidence_of_an_effect(seed: int, rows: int) -> None:
     rig = Rig(
         0.1,

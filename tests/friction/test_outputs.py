@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from tendon_cli.errors import OutputError, UsageError
-from tendon_cli.figures.friction import draw
+from tendon_cli.figures.friction import draw, fit_page
 from tendon_cli.fits.friction import fit_friction, write_fragment
 
 EXAMPLES = Path(__file__).parents[2] / "configs" / "friction"
@@ -160,13 +160,12 @@ def test_fits_that_write_one_fragment_at_once_all_succeed(of_table, tmp_path: Pa
 
 def test_the_same_fit_gives_the_same_bytes_that_name_it(of_table, tmp_path: Path) -> None:
     fit = replace(of_table, source="Kräfte.csv")
+    pages = {name: fit_page(fit) for name in ("a", "b")}
     for ending in ("png", "svg", "pdf"):
-        first = tmp_path / f"a.{ending}"
-        second = tmp_path / f"b.{ending}"
-        draw(fit, first)
-        draw(fit, second)
-        content = first.read_bytes()
-        assert content == second.read_bytes(), ending
+        for name, page in pages.items():
+            page.save(tmp_path / f"{name}.{ending}")
+        content = (tmp_path / f"a.{ending}").read_bytes()
+        assert content == (tmp_path / f"b.{ending}").read_bytes(), ending
         named = f"tendon fit-friction Kr?fte.csv, SHA-256 {fit.sha256}"
         assert named.encode() in content, ending
 

@@ -25,8 +25,8 @@ STUDY = {
 """Study of the suit, which leaves these numbers open."""
 LOADS = (0.0, 2.0, 4.0)
 """Masses of the loads, kg."""
-TIME = np.linspace(0.0, 32.0, 480)
-"""Instants of each log, s: four cycles of 8 s."""
+TIME = np.linspace(0.0, 24.0, 360)
+"""Instants of each log, s: three cycles of 8 s."""
 
 
 def suit(load, **changes):

@@ -51,7 +51,7 @@ def test_a_clean_log_draws_no_warning(fit):
 
 def test_each_log_is_predicted_from_the_others(fit):
     assert fit.predicted_from == "log"
-    for misfit in fit.misfits:
+    for misfit in fit.channels.values():
         assert misfit.rms <= 1.2 * misfit.predicted_rms
         assert misfit.share < 0.02
 

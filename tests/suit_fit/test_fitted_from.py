@@ -7,7 +7,7 @@ import pytest
 
 import tendon_cli as tendon_library
 from tendon_cli.errors import StudyError
-from tendon_cli.fits.suit.fragment import suit_fragment
+from tendon_cli.fits.suit.suit_result import suit_fragment
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.values import draw_numbers

@@ -5,8 +5,8 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.errors import InputError
-from tendon_cli.fits.suit.log_columns import Scaling
 from tendon_cli.fits.suit.suit_log import read_logs
+from tendon_cli.studies.fit_section import Fitting, LogColumns
 from tests.readers.files import Written, good, hostile
 
 TIMES = 0.05 * np.arange(80)
@@ -27,7 +27,7 @@ def read(tmp_path):
     def log_of(content, named=None):
         path = tmp_path / "log.csv"
         path.write_bytes(content.encode() if isinstance(content, str) else content)
-        (log,) = read_logs([path], named or {}, Scaling())
+        (log,) = read_logs([path], Fitting(columns=LogColumns(**(named or {}))))
         return log
 
     return log_of
@@ -81,7 +81,7 @@ def test_tables_of_tendon_are_logs(tmp_path):
     exported = states.rename(columns=lambda name: f"{name} ({units[name]})")
     exported.to_csv(tmp_path / "states.csv", index=False)
     for source in (states, tmp_path / "states.csv"):
-        (log,) = read_logs([source], {}, Scaling())
+        (log,) = read_logs([source], Fitting())
         assert log.load_mass[0] == 3.0
         assert np.isin(log.elbow_angle, states["elbow_angle"]).all()
         assert np.isin(log.channels["motor_torque"], states["motor_torque"]).all()

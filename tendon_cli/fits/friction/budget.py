@@ -76,6 +76,11 @@ class FrictionUncertainty:
     """Factor of the 95 % interval, Student's t."""
     interval_95: tuple[float, float]
 
+    def holds(self, friction: float) -> bool:
+        """Return True if a μ lies in the 95 % interval."""
+        low, high = self.interval_95
+        return low <= friction <= high
+
     def contribution_of(self, name: str) -> float:
         """Return the contribution of one part; 0 if it has none."""
         return sum(part.contribution for part in self.parts if part.name == name)

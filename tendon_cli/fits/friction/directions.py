@@ -121,9 +121,11 @@ def _way_by_position(readings: Readings) -> Integers:
     position = readings.rows["position"].to_numpy()
     known = np.isfinite(position)
     if not known.any() or np.ptp(position[known]) == 0.0:
-        problem = f'"{shorten(readings.position_name, 30)}" never moves'
-        hint = "name the column of the motor's position: --position"
-        raise InputError(problem, where=readings.source, hint=hint)
+        raise InputError(
+            f'"{shorten(readings.position_name, 30)}" never moves',
+            where=readings.source,
+            hint="name the column of the motor's position: --position",
+        )
     rows = np.arange(len(position))
     filled = np.interp(rows, rows[known], position[known])
     noise = noise_of(filled)
@@ -136,7 +138,7 @@ def _way_by_position(readings: Readings) -> Integers:
         if width >= 16 or np.quantile(np.abs(speed), 0.9) >= 10.0 * noise:
             break
         width *= 2
-    usual = float(np.quantile(np.abs(speed), 0.9))
+    usual = np.quantile(np.abs(speed), 0.9)
     least = max(_SLOW * usual, min(3.0 * noise, 0.5 * usual))
     return np.where(np.abs(speed) > least, np.sign(speed), 0.0).astype(np.int64)
 
@@ -181,12 +183,14 @@ def _sides_by_position(readings: Readings, way: Integers, log_ratio: Floats) -> 
     counted = (np.abs(away) > 0.5 * half) & (way != 0)
     agreement = 0.0
     if counted.any():
-        agreement = float(np.mean((way * np.sign(away))[counted]))
+        agreement = np.mean((way * np.sign(away))[counted])
     if abs(agreement) < 0.2 and len(np.unique(way)) > 1:
         name = shorten(readings.position_name, 30)
-        problem = f'"{name}" reverses at other times than the force ratio'
-        hint = "is it the position of the motor, recorded by the same clock?"
-        raise InputError(problem, where=readings.source, hint=hint)
+        raise InputError(
+            f'"{name}" reverses at other times than the force ratio',
+            where=readings.source,
+            hint="is it the position of the motor, recorded by the same clock?",
+        )
     return way if agreement >= 0.0 else -way
 
 
@@ -204,8 +208,8 @@ def levels_of(log_ratio: Floats) -> tuple[float, float]:
         below = sample[sample <= middle]
         if not len(above) or not len(below):
             return middle, 0.0
-        upper = float(np.quantile(above, 0.8))
-        lower = float(np.quantile(below, 0.2))
+        upper = np.quantile(above, 0.8)
+        lower = np.quantile(below, 0.2)
         half = (upper - lower) / 2.0
         before = middle
         middle = (upper + lower) / 2.0
@@ -249,16 +253,16 @@ def _triggered(height: Floats) -> Integers:
 def sides_by_sign(readings: Readings, log_ratio: Floats) -> Integers:
     """Return the limits of a short table by the sign of the log ratio, +1 and -1."""
     ordered = np.sort(log_ratio)
-    gap = float(np.max(np.diff(ordered), initial=0.0))
-    span = float(np.ptp(ordered))
-    is_wide = gap > 3.0 * (span - gap) and gap > 0.1 * float(np.mean(np.abs(ordered)))
+    gap = np.max(np.diff(ordered), initial=0.0)
+    span = np.ptp(ordered)
+    is_wide = gap > 3.0 * (span - gap) and gap > 0.1 * np.mean(np.abs(ordered))
     if len(ordered) > 2 and is_wide and (ordered[0] > 0.0 or ordered[-1] < 0.0):
-        problem = (
+        raise InputError(
             "the readings form two groups on the same side of ratio 1,"
-            " so the forces do not show the direction"
+            " so the forces do not show the direction",
+            where=readings.source,
+            hint='add a column "direction" with "pull" and "release"',
         )
-        hint = 'add a column "direction" with "pull" and "release"'
-        raise InputError(problem, where=readings.source, hint=hint)
     return np.sign(log_ratio).astype(np.int64)
 
 
@@ -291,19 +295,21 @@ def motor_cell(
     if agreement < 0:
         if not is_stated and not readings.motor:
             return other, [], []
-        problem = (
-            f"friction would help the motion: cell {first}, at the motor, reads less while it pulls"
+        raise InputError(
+            f"friction would help the motion: cell {first}, at the motor, reads less"
+            " while it pulls",
+            where=readings.source,
+            hint=f"if cell {other} is at the motor, give --motor {other};"
+            " if not, check the column of directions",
         )
-        hint = (
-            f"if cell {other} is at the motor, give --motor {other};"
-            " if not, check the column of directions"
-        )
-        raise InputError(problem, where=readings.source, hint=hint)
     if is_stated or (agreement > 0 and not readings.motor):
         return first, [], []
     changes = [0.0, 0.0]
     if np.any(sides > 0) and np.any(sides < 0):
-        changes = [_change_between(np.log(cell), sides) for cell in cells]
+        changes = [
+            abs(float(np.mean(np.log(cell[sides > 0])) - np.mean(np.log(cell[sides < 0]))))
+            for cell in cells
+        ]
     if readings.motor:
         if changes[0] >= _STILL * max(changes):
             return first, [], []
@@ -322,8 +328,3 @@ def motor_cell(
             return cell, [note], []
     note = "cell 1 is taken as the motor's, because nothing says which is; --motor 2 changes this"
     return "1", [note], []
-
-
-def _change_between(log_force: Floats, sides: Integers) -> float:
-    """Change of the mean log force of a cell between the two limits."""
-    return abs(float(np.mean(log_force[sides > 0]) - np.mean(log_force[sides < 0])))

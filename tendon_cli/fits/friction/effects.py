@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_cli.fits.friction.usable_rows import Log, bend_groups
-from tendon_cli.fits.log_rows import Floats
+from tendon_cli.fits.log_rows import Floats, means_by
 
 OFFSETS = ("offset_motor", "offset_load")
 DELAY = "delay"
@@ -63,8 +63,7 @@ def with_one_force(points: Log) -> Log:
     error. The mean of ln F of both cells has as much of either noise, and their ratio none of it.
     """
     kind = np.unique(points.way * bend_groups(points.bend), return_inverse=True)[1]
-    usual = (np.bincount(kind, points.log_ratio) / np.bincount(kind))[kind]
-    half = 0.5 * (usual - points.log_ratio)
+    half = 0.5 * (means_by(kind, points.log_ratio)[kind] - points.log_ratio)
     motor = points.motor * np.exp(half)
     return replace(points, motor=motor, load=points.load * np.exp(-half))
 
@@ -78,7 +77,7 @@ def _slope(log: Log, effect: str, zeros: Floats) -> Floats:
     if effect == DELAY and log.rate is not None:
         return log.rate
     if effect == FORCE:
-        return np.asarray(log.way * log.bend * (np.log(log.load) - log.mean_force))
+        return log.way * log.bend * (np.log(log.load) - log.mean_force)
     return log.way.astype(np.float64)
 
 
@@ -93,21 +92,21 @@ def priors_of(points: Log, duration: float, zero: float | None) -> dict[str, flo
     ratio = points.log_ratio
     force = np.log(points.load)
     frictions = np.abs(ratio - np.median(ratio)) / np.maximum(points.bend, 1e-9)
-    friction = max(float(np.median(frictions)), 1e-9)
-    noise = 0.0 if points.settled else float(np.median(points.noise))
-    spread = max(float(np.std(force[points.way == way])) for way in np.unique(points.way))
+    friction = max(np.median(frictions), 1e-9)
+    noise = 0.0 if points.settled else np.median(points.noise)
+    spread = max(np.std(force[points.way == way]) for way in np.unique(points.way))
     varies = points.both_ways and spread > max(_VARIES, _VARIES_NOISE * noise)
     has_strokes = points.both_ways and points.strokes >= _STROKES
     bends = np.unique(bend_groups(points.bend[points.bend > 0.0]))
     scale = dict.fromkeys(PRIOR, 0.0)
     if varies:
-        scale |= dict.fromkeys(OFFSETS, float(np.median(np.minimum(points.motor, points.load))))
+        scale |= dict.fromkeys(OFFSETS, np.median(np.minimum(points.motor, points.load)))
     if varies and has_strokes:
         scale[FORCE] = friction
     if varies and has_strokes and points.rate is not None and np.ptp(points.rate) > 0.0:
         scale[DELAY] = duration
     if has_strokes and len(bends) > 1:
-        scale[ENTRY] = friction * float(np.median(points.bend))
+        scale[ENTRY] = friction * np.median(points.bend)
     priors = {effect: scale[effect] * share for effect, share in PRIOR.items() if scale[effect]}
     if zero and varies:
         priors |= dict.fromkeys(OFFSETS, zero)
@@ -158,7 +157,12 @@ class EffectModel:
     @property
     def error(self) -> float:
         """Standard error of μ under this model."""
-        return math.sqrt(max(float(self.covariance[0, 0]), 0.0))
+        return math.sqrt(max(self.covariance[0, 0], 0.0))
+
+    @property
+    def fits_zero(self) -> bool:
+        """True if the zero error of a cell is fitted."""
+        return not set(OFFSETS).isdisjoint(self.effects)
 
     @property
     def has_alike_zeros(self) -> bool:
@@ -172,17 +176,17 @@ class EffectModel:
     def log_gain(self) -> float:
         """ln g; 0 if only one direction is read."""
         has_gain = len(self.values) > 1 + len(self.effects)
-        return float(self.values[1]) if has_gain else 0.0
+        return self.values[1] if has_gain else 0.0
 
     def value(self, effect: str) -> tuple[float, float]:
         """Return an effect and its standard error."""
         place = self._place(effect)
-        return float(self.values[place]), math.sqrt(max(float(self.covariance[place, place]), 0.0))
+        return float(self.values[place]), math.sqrt(max(self.covariance[place, place], 0.0))
 
     def error_from(self, effect: str) -> float:
         """Return the part of the standard error of μ that comes from an effect."""
         error = self.value(effect)[1]
-        return abs(float(self.covariance[0, self._place(effect)])) / error if error else 0.0
+        return abs(self.covariance[0, self._place(effect)]) / error if error else 0.0
 
     def _place(self, effect: str) -> int:
         """Return the place of an effect among the fitted numbers."""
@@ -190,13 +194,14 @@ class EffectModel:
 
     def shape(self, rows: Log) -> Floats:
         """Return the part of the log ratio that the effects add in each row."""
-        added = np.zeros(1)
+        added = np.zeros(len(rows.motor))
         for effect in self.effects:
+            value = self.value(effect)[0]
             if effect not in OFFSETS:
-                added = added + self.value(effect)[0] * _slope(rows, effect, np.zeros(2))
-        for cell, force, sign in zip(OFFSETS, (rows.motor, rows.load), (1.0, -1.0), strict=True):
-            if cell in self.effects:
-                # A row whose force is mostly offset is left with 5 % of it, so that it has a ratio.
-                true_force = np.maximum(force - self.value(cell)[0], 0.05 * force)
-                added = added + sign * np.log(force / true_force)
-        return np.broadcast_to(added, rows.motor.shape)
+                added += value * _slope(rows, effect, np.zeros(2))
+                continue
+            force = rows.motor if effect == OFFSETS[0] else rows.load
+            # A row whose force is mostly offset is left with 5 % of it, so that it has a ratio.
+            left = np.log(force / np.maximum(force - value, 0.05 * force))
+            added += left if effect == OFFSETS[0] else -left
+        return added

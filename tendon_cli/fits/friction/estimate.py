@@ -162,13 +162,13 @@ def _with_rates(log: Log) -> Log:
         return log
     rows = int(np.median(np.diff(log.first)))
     log_force = np.log(log.load)
-    noise = noise_of(log_force, log.stroke) / max(float(np.median(np.diff(log.time))), 1e-300)
+    noise = noise_of(log_force, log.stroke) / max(np.median(np.diff(log.time)), 1e-300)
     rate = np.zeros(len(log.time))
     for part in _RATE_WINDOWS:
         width = max(1, rows // part)
         rate = rates_of(log.time, log_force, log.stroke, width)
         of_rate = noise * math.sqrt(2.0 / width) / (width + 1.0)
-        spread = min(float(np.std(rate[log.way == way])) for way in np.unique(log.way))
+        spread = min(np.std(rate[log.way == way]) for way in np.unique(log.way))
         if of_rate <= _RATE_NOISE * spread:
             break
     return replace(log, rate=rate)
@@ -185,7 +185,7 @@ def _with_rates_of_slip(log: Log, used: Mask) -> Log:
     before: Integers = (used_so_far - used)[log.first[:-1]]
     slips = used_so_far > before[log.stroke]
     rate = log.rate.copy()
-    rate[slips] = np.asarray(_with_rates(log.select(slips)).rate)
+    rate[slips] = _with_rates(log.select(slips)).rate
     return replace(log, rate=rate)
 
 
@@ -244,7 +244,7 @@ def on_limit(log: Log, shape: Floats) -> tuple[Mask, Mask]:
     ramp = np.bincount(stroke, is_ramp)
     selected = _eroded(on_plateau & is_whole[stroke], stroke, ramp)
     has_blocks = np.bincount(stroke[selected], minlength=len(size)) > 0
-    return selected[block], np.asarray(is_whole & has_blocks)
+    return selected[block], is_whole & has_blocks
 
 
 def _group_medians(values: Floats, group: Integers) -> Floats:
@@ -315,12 +315,12 @@ def _eroded(inside: Mask, stroke: Integers, ramp: Integers) -> Mask:
     ahead, behind = neighbours(inside)
     closed = inside | (ahead & behind)
     ahead, behind = neighbours(closed)
-    core = np.asarray(closed & ahead & behind)
+    core = closed & ahead & behind
     count = np.bincount(stroke[core], minlength=len(ramp))
     drop = np.minimum(np.ceil(0.5 * (ramp - _TAIL * count)), count // 4)[stroke]
     before = np.cumsum(core) - 1 - (np.cumsum(count) - count)[stroke]
     after = count[stroke] - 1 - before
-    return np.asarray(core & (before >= drop) & (after >= drop))
+    return core & (before >= drop) & (after >= drop)
 
 
 def climbing(log: Log, result: FrictionEstimate) -> float:
@@ -344,7 +344,7 @@ def climbing(log: Log, result: FrictionEstimate) -> float:
     def quarter_mean(column: Floats, quarter: Mask) -> Floats:
         """Mean of a column over a quarter of each stroke."""
         total = np.bincount(stroke, column * quarter)
-        return np.asarray(total / np.maximum(np.bincount(stroke, quarter), 1))
+        return total / np.maximum(np.bincount(stroke, quarter), 1)
 
     def change(column: Floats) -> Floats:
         """Change of a column from the first to the last quarter of each full stroke."""
@@ -353,7 +353,7 @@ def climbing(log: Log, result: FrictionEstimate) -> float:
     rows = np.bincount(log.stroke)
     used = np.bincount(log.stroke[result.used], minlength=log.strokes)
     stretch = (rows / np.maximum(used, 1))[used > 0][is_full] / 0.75
-    distance = 2.0 * result.friction * float(np.mean(points.bend))  # from limit to limit
+    distance = 2.0 * result.friction * np.mean(points.bend)  # from limit to limit
     climbs = change(points.way * points.log_ratio) * stretch / distance
 
     # In stick the load's cell rests, in slip both move.
@@ -368,7 +368,7 @@ def why_no_limit(log: Log, result: FrictionEstimate) -> str | None:
     """Return the reason why the ratio has no limit at all; None if it has one."""
     if log.settled:
         return None
-    share = float(np.mean(result.used))
+    share = np.mean(result.used)
     climb = climbing(log, result)
     if climb > _NEVER_RESTS or (climb > _CLIMBS and share < _SOME_ROWS):
         return "no stroke slips: the force ratio is still moving at the end of each"

@@ -116,13 +116,14 @@ def fit_friction(
         angles, angle_share, bend = bend_angles(readings, bend)
         prepared = prepare(readings, angles, motor, zeros)
         result = _estimated(readings, prepared, zero_error)
+        time_unit = readings.time_unit or "unit of the file's time"
         rows = _rows(readings, prepared, result, angles)
         bare = readings_without_load(rows)
         error = uncertainty_of(
             result,
             prepared.log,
             unit=readings.unit or "unit of the file",
-            time_unit=readings.time_unit or "unit of the file's time",
+            time_unit=time_unit,
             bend_share=angle_share,
             zero_errors=zero_errors_of(result, zero_error, are_stated, bare),
             gain_error=gain_error,
@@ -134,9 +135,7 @@ def fit_friction(
         column = unread_direction(readings)
         _check_strokes(fit, column)
         fit = replace(fit, warnings=(*doubts_of(fit, column), *fit.warnings))
-        remarks = Remarks(
-            fit, prepared.log, result, readings.time_unit, zeros, any(are_stated), bare
-        )
+        remarks = Remarks(fit, prepared.log, result, time_unit, zeros, any(are_stated), bare)
         return replace(
             fit,
             checks=tuple(remarks.checks),
@@ -150,14 +149,16 @@ def _estimated(readings: Readings, prepared: PreparedLog, zero: float | None) ->
 
     `zero` is the stated standard uncertainty of the cells' zero; None if it is not stated.
     """
-    log = prepared.log
-    result = estimate(log, zero)
-    longer = "make the strokes longer, until the force ratio settles"
-    if result is None:
-        problem = "no stroke slips: the force ratio reaches no limit"
-        raise InputError(problem, where=readings.source, hint=longer)
-    if reason := why_no_limit(log, result):
-        raise InputError(reason, where=readings.source, hint=longer)
+    result = estimate(prepared.log, zero)
+    reason: str | None = "no stroke slips: the force ratio reaches no limit"
+    if result is not None:
+        reason = why_no_limit(prepared.log, result)
+    if result is None or reason:
+        raise InputError(
+            str(reason),
+            where=readings.source,
+            hint="make the strokes longer, until the force ratio settles",
+        )
     _check_resists(readings, prepared, result)
     return result
 
@@ -176,16 +177,20 @@ def _check_resists(readings: Readings, prepared: PreparedLog, result: FrictionEs
             where = readings.place(int(prepared.rows[wrong[0]]))
             raise InputError(problem, where=where, hint=hint)
     if average.friction <= 0.0:
-        problem = (
-            f"friction would help the motion: the coefficient comes out as {average.friction:.4g}"
+        raise InputError(
+            f"friction would help the motion: the coefficient comes out as {average.friction:.4g}",
+            where=readings.source,
+            hint=hint,
         )
-        raise InputError(problem, where=readings.source, hint=hint)
     gain = abs(average.log_gain)
     if log.settled and gain > max(average.friction * float(log.bend.max()), _PLAUSIBLE_GAIN):
         differ = f"the cells' gains differ by {100.0 * (math.exp(gain) - 1.0):.0f} %"
-        problem = f"friction would help the motion in one direction, unless {differ}"
-        hint = "check the directions; calibrate the cells against each other with the same weight"
-        raise InputError(problem, where=readings.source, hint=hint)
+        raise InputError(
+            f"friction would help the motion in one direction, unless {differ}",
+            where=readings.source,
+            hint="check the directions;"
+            " calibrate the cells against each other with the same weight",
+        )
 
 
 def _check_strokes(fit: Fit, column: str) -> None:

@@ -1,22 +1,43 @@
-"""Result of a friction fit: the numbers, where they come from, how far they can be trusted."""
+"""Result of a friction fit: numbers, their origin, how far they can be trusted, and its files."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
 
 from tendon_cli import say
+from tendon_cli.files import begins_with, write_output
 from tendon_cli.fits.friction.budget import BEND, ZEROS, FrictionUncertainty
 from tendon_cli.fits.friction.rig import BendAngle
 from tendon_cli.fits.friction.strokes import Presliding, Speed
 from tendon_cli.fits.friction.usable_rows import REASONS, USED
+from tendon_cli.fits.written import plain, toml_text
 from tendon_cli.say.display import Displayed
 from tendon_cli.units import counted, shorten
+from tendon_cli.version import __version__
 
+_STROKES_MARK = "# strokes of a log, by tendon fit-friction"
+_MARK = "# A friction coefficient fitted by `tendon fit-friction`."
+"""Beginning of a fragment."""
+_HEADER = f"""\
+{_MARK} To use it in a study:
+#     [sheath]
+#     friction_from = "friction.toml"
+"""
+is_fragment = begins_with(_MARK)
+"""Function that recognises a fragment."""
+is_strokes = begins_with(_STROKES_MARK)
+"""Function that recognises a table of strokes."""
+_OF_THE_RIG = "# The bend angle is that of the rig, not of the study's sheath.\n"
+_OF_ONE_SHEATH = (
+    '#     bend_angle = "..."      # not known here: give that of this sheath'
+    " when μφ was measured\n"
+)
 DOUBT = "do not use this number"
 """Beginning of the warning that stands above the number."""
 _MOST_RESIDUALS = 20
@@ -78,13 +99,13 @@ class Check:
     """Check of one thing that may be wrong with the rig."""
 
     name: str
-    value: float | None
+    value: float | None = None
     """None if the readings cannot show it."""
-    standard_error: float | None
-    unit: str
-    found: bool | None
+    standard_error: float | None = None
+    unit: str = "1"
+    found: bool | None = None
     """True if the readings show it, False if they do not; None if they cannot."""
-    effect_on_friction: float | None
+    effect_on_friction: float | None = None
     """Change of μ if it is left out of the fit, as a share of μ."""
 
 
@@ -165,11 +186,15 @@ class Fit(Displayed):
         digits = _digits(uncertainty.standard_error)
         low, high = uncertainty.interval_95
         interval = f"{low:.{digits}f} to {high:.{digits}f}"
+        gain = f"{self.gain_ratio:.4f}, motor's cell (cell {self.motor}) over load's; μ is"
+        gain += " corrected for it"
+        if len(self.by_direction) == 1:
+            gain = "1, assumed (one direction only)"
         rows = [
             ("95 % interval", f"{interval}, standard error {uncertainty.standard_error:.2g}"),
             *_zero_rows(self),
             ("bend angle", _bend_text(self)),
-            ("gain ratio", _gain_text(self)),
+            ("gain ratio", gain),
         ]
         for name, direction in self.by_direction.items():
             text = f"{direction.friction:.{digits}f}"
@@ -241,17 +266,14 @@ class Fit(Displayed):
         residuals = used["residual"].to_numpy()
         lines = used["line"].to_numpy()
         largest = np.argsort(-np.abs(residuals), kind="stable")[:_MOST_RESIDUALS]
-        bend_angle: float | tuple[float, ...] | None = None
+        bend_angle: Any = self.bend_angles or None
         if len(self.bend_angles) == 1:
             bend_angle = self.bend_angles[0]
-        elif self.bend_angles:
-            bend_angle = self.bend_angles
-        record: dict[str, Any] = _data({name: getattr(self, name) for name in _RECORDED})
-        return record | {
-            "bend_angle": _data(bend_angle),
-            "budget": _data(self.uncertainty.parts),
+        record = {name: getattr(self, name) for name in _RECORDED} | {
+            "bend_angle": bend_angle,
+            "budget": self.uncertainty.parts,
             "coverage_factor": self.uncertainty.coverage,
-            "degrees_of_freedom": _data(self.uncertainty.degrees_of_freedom),
+            "degrees_of_freedom": self.uncertainty.degrees_of_freedom,
             "used": len(used),
             "residuals": {
                 "rms": float(np.sqrt(np.mean(residuals**2))),
@@ -261,6 +283,7 @@ class Fit(Displayed):
                 ],
             },
         }
+        return dict(plain(record))
 
     @property
     def fitted(self) -> float:
@@ -302,19 +325,6 @@ class Fit(Displayed):
         return self.friction_bend - half, self.friction_bend + half
 
 
-def _data(value: Any) -> Any:
-    """Convert to plain JSON values; infinite numbers become null."""
-    if is_dataclass(value):
-        return {field.name: _data(getattr(value, field.name)) for field in fields(value)}
-    if isinstance(value, dict):
-        return {name: _data(part) for name, part in value.items()}
-    if isinstance(value, list | tuple):
-        return [_data(part) for part in value]
-    if isinstance(value, float) and math.isinf(value):
-        return None
-    return value
-
-
 # --- Words ----------------------------------------------------------------------------------------
 
 
@@ -352,18 +362,13 @@ def _readings_rows(fit: Fit) -> list[tuple[str, str]]:
         rows.append((shorten(file["file"], 18), f"{text}, {counted(file['strokes'], 'stroke')}"))
     for check in fit.checks:
         if check.found and check.name != "gain":
-            rows.append((say.spaced(check.name), _check_text(check)))
+            text = f"{check.value:.3g} ± {check.standard_error:.2g}"
+            if check.unit != "1":
+                text += f" {check.unit}"
+            if check.effect_on_friction:
+                text += f", fitted: {100.0 * check.effect_on_friction:+.1f} % of μ without it"
+            rows.append((say.spaced(check.name), text))
     return rows
-
-
-def _check_text(check: Check) -> str:
-    """Return the size of an effect that was found, and the change of μ without it."""
-    text = f"{check.value:.3g} ± {check.standard_error:.2g}"
-    if check.unit != "1":
-        text += f" {check.unit}"
-    if check.effect_on_friction:
-        text += f", fitted: {100.0 * check.effect_on_friction:+.1f} % of μ without it"
-    return text
 
 
 def _digits(error: float) -> int:
@@ -385,15 +390,6 @@ def _bend_text(fit: Fit) -> str:
     return f"{text} (taken as exact; 1 deg more gives {share:.1f} % less μ); {product}"
 
 
-def _gain_text(fit: Fit) -> str:
-    """Return the gain of the motor's cell over that of the load's."""
-    if len(fit.by_direction) == 1:
-        return "1, assumed (one direction only)"
-    return (
-        f"{fit.gain_ratio:.4f}, motor's cell (cell {fit.motor}) over load's; μ is corrected for it"
-    )
-
-
 def _plain_text(fit: Fit, digits: int) -> str:
     """Return the plain answer, which ten lines of NumPy give, and why the fit differs."""
     plain = fit.plain
@@ -406,3 +402,56 @@ def _plain_text(fit: Fit, digits: int) -> str:
     text = f"{plain.friction:.{digits}f}, median |ln ratio|"
     text += f"; the fit is {100.0 * fit.from_plain:+.1f} % from it"
     return f"{text}: {', '.join(reasons)}" if reasons else text
+
+
+# --- Files ---------------------------------------------------------------------------------------
+
+
+def write_fragment(fit: Fit, path: Path, *, overwrite: bool = False) -> None:
+    """Write the coefficient (or μφ) for a study, with its uncertainty and its source.
+
+    The file is written whole or not at all. One that tendon did not write is replaced only if
+    `overwrite` is true.
+
+    Raises:
+        UsageError: if tendon did not write the file.
+        OutputError: if it cannot be written.
+    """
+    values: dict[str, Any] = {}
+    if fit.friction is not None:
+        values = {
+            "coefficient": fit.friction,
+            "standard_error": fit.standard_error,
+            "interval_95": fit.interval_95,
+            "bend_angle": fit.bend.text,
+            "bend_angle_uncertainty": fit.bend.uncertainty_text,
+        }
+    values |= {
+        "friction_bend": fit.friction_bend,
+        "friction_bend_standard_error": fit.friction_bend_standard_error,
+        "gain_ratio": fit.gain_ratio,
+        "source": fit.source,
+        "sha256": fit.sha256,
+        "rows_used": int(fit.rows["used"].sum()),
+        "rows_set_aside": int((~fit.rows["used"]).sum()),
+        "tendon_version": __version__,
+    }
+    lines = [
+        f"{key} = {toml_text(value)}" for key, value in values.items() if value not in {None, ""}
+    ]
+    header = _HEADER + (_OF_ONE_SHEATH if fit.friction is None else _OF_THE_RIG)
+    content = "\n".join([header, "[friction]", *lines, ""]).encode()
+    write_output(path, content, is_fragment, overwrite=overwrite)
+
+
+def write_strokes(fit: Fit, path: Path, *, overwrite: bool = False) -> None:
+    """Write the table of strokes as CSV.
+
+    A file that tendon did not write is replaced only if `overwrite` is true.
+
+    Raises:
+        UsageError: if tendon did not write the file.
+        OutputError: if the file cannot be written.
+    """
+    content = f"{_STROKES_MARK}\n{fit.stroke_table.to_csv(index=False)}".encode()
+    write_output(path, content, is_strokes, overwrite=overwrite)

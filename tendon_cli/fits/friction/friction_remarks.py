@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
-from dataclasses import replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,7 +31,7 @@ from tendon_cli.fits.friction.usable_rows import (
     UNLOADED,
     Log,
 )
-from tendon_cli.fits.log_rows import Floats
+from tendon_cli.fits.log_rows import Floats, means_by
 from tendon_cli.units import counted, force_factor, shorten
 
 _SHOWN = 0.5
@@ -51,6 +51,11 @@ _MOST = {
     ),
 }
 """Largest share of rows with each fault, and words for more: the fault then selects the rest."""
+_LOOK_ALIKE = {
+    FORCE: "friction that depends on the force or, behind a spring, on the place",
+    DELAY: "a late cell",
+}
+"""Effects that look like zero errors that are alike in both cells, in words."""
 _NOTED_ZERO = 0.01
 """Reading of a cell without load, as a share of the force, from which it is a note."""
 _GAIN_NOTE = 0.05
@@ -126,49 +131,55 @@ def strokes_used(fit: Fit) -> str:
     return f"only {fit.strokes} of {counted(len(fit.stroke_table), 'stroke')}"
 
 
-def _regression(columns: list[Floats], target: Floats) -> tuple[Floats, Floats, int]:
-    """Fit a target by columns; return values, their standard errors, and degrees of freedom."""
+def _regression(columns: list[Floats], target: Floats) -> tuple[Floats, Floats, Floats]:
+    """Fit a target by columns; return values, standard errors, and the chance of such values."""
+    from scipy.special import stdtr
+
     design = np.stack(columns, axis=1)
     inverse = np.linalg.pinv(design.T @ design)
     values = inverse @ design.T @ target
     free = max(len(target) - design.shape[1], 1)
     squares = np.sum((target - design @ values) ** 2)
     error = np.sqrt(np.maximum(np.diag(inverse) * squares / free, 1e-300))
-    return values, error, free
+    return values, error, 2.0 * stdtr(free, -np.abs(values) / error)
 
 
+@dataclass(eq=False)
 class Remarks:
     """Remarks on a fit, each in one line: the finding, its effect on μ, and what to do about it."""
 
-    def __init__(
-        self,
-        fit: Fit,
-        log: Log,
-        result: FrictionEstimate,
-        time_unit: str | None,
-        zeros: tuple[float, float],
-        zero_given: bool,
-        without_load: tuple[dict[str, float], dict[str, float]],
-    ) -> None:
-        self.fit = fit
-        self.log = log
-        self.result = result
-        self.points = result.points
-        self.friction = result.friction
-        self.time_unit = time_unit
-        self.zeros = zeros
-        self.zero_given = zero_given
-        self.without_load = without_load
+    fit: Fit
+    log: Log
+    result: FrictionEstimate
+    time_unit: str
+    zeros: tuple[float, float]
+    """Stated readings of the motor's and of the load's cell without load; 0 if not stated."""
+    zero_given: bool
+    without_load: tuple[dict[str, float], dict[str, float]]
+    """Readings of both at rest without load, as `readings_without_load` returns them."""
+
+    def __post_init__(self) -> None:
+        """Make `checks`, `notes` and `warnings`."""
+        fit = self.fit
+        self.points = self.result.points
+        self.friction = self.result.friction
+        self.average = self.result.average
         self.mu = "μφ" if fit.bend_angle is None else "μ"
+        self.unit = f" {fit.unit}" if fit.unit else ""
         self.checks: list[Check] = []
         self.notes = [*fit.notes]
         self.warnings = [*fit.warnings]
+        self.note = self.notes.append
+        self.warn = self.warnings.append
         self.is_ambiguous = self._check_look_alikes()
         self._check_effects()
         self._check_which_cell()
         self._check_rare_delay()
         self._check_drift()
-        if not self._check_without_load():
+        for number, end in enumerate(("motor", "load")):
+            if self.without_load[number]:
+                self._remark_without_load(number, end, self.without_load[number])
+        if not any(self.without_load):
             self._check_zeros()
         self._check_late()
         self._check_gains()
@@ -177,10 +188,9 @@ class Remarks:
 
     def _check_look_alikes(self) -> bool:
         """Warn of effects that these readings cannot tell apart, if μ depends on which it is."""
-        average = self.result.average
         likely = [
             model
-            for model, weight in zip(average.models, average.weights, strict=True)
+            for model, weight in zip(self.average.models, self.average.weights, strict=True)
             if weight > _OPEN
         ]
         frictions = [model.friction for model in likely]
@@ -188,13 +198,12 @@ class Remarks:
         if spread < _MATTERS or not any(model.has_alike_zeros for model in likely):
             return False
         causes = ["zero errors that are alike in both cells"]
-        if any(FORCE in model.effects for model in likely):
-            causes.append("friction that depends on the force or, behind a spring, on the place")
-        if any(DELAY in model.effects for model in likely):
-            causes.append("a late cell")
+        for effect, cause in _LOOK_ALIKE.items():
+            if any(effect in model.effects for model in likely):
+                causes.append(cause)
         if len(causes) == 1:
             return False
-        self.warnings.append(
+        self.warn(
             f"these readings cannot tell {say.join_words(causes, 'from')}: {self.mu} may be"
             f" anything from {min(frictions):.3g} to {max(frictions):.3g}, which the interval"
             " allows for; state what the cells read without load (--zero-motor, --zero-load)"
@@ -214,19 +223,19 @@ class Remarks:
             if effect == DELAY and stroke_share > _LATE:
                 cell = "load" if value > 0.0 else "motor"
                 grows = "grows" if value > 0.0 else "falls"
-                self.warnings.append(
+                self.warn(
                     f"delay: the {cell}'s cell is {abs(value):.3g} {check.unit} late,"
                     f" {100.0 * stroke_share:.0f} % of a stroke, or friction {grows} with the"
                     f" speed, which looks the same; {self.mu} is corrected for it; log both cells"
                     " with one clock and one filter, and move more slowly"
                 )
             if effect == FORCE and not self.is_ambiguous:
-                self.warnings.append(
+                self.warn(
                     f"{self.mu} varies with the force to the power {value:.2g}:"
                     " the number holds at the mean force; measure at the force that you use"
                 )
             if effect == ENTRY:
-                self.warnings.append(
+                self.warn(
                     f"friction outside the bend takes {value:.3g} ± {check.standard_error:.1g}"
                     f" of the log ratio and is not in {self.mu};"
                     " look for what rubs at the ends of the sheath"
@@ -234,19 +243,18 @@ class Remarks:
 
     def _check(self, effect: str) -> Check:
         """Check for one effect by the likeliest model that has it."""
-        average = self.result.average
+        average = self.average
         delay = self.result.delay if effect == DELAY else 0.0
         unit = "1"
         if effect in OFFSETS:
             unit = self.fit.unit or "unit of the file"
         elif effect == DELAY:
-            unit = self.time_unit or "unit of the file's time"
-        unknown = Check(effect, None, None, unit, None, None)
+            unit = self.time_unit
         having = [place for place, model in enumerate(average.models) if effect in model.effects]
-        if not having and delay:
-            return replace(unknown, value=delay, standard_error=0.0, found=True)
         if not having:
-            return unknown
+            if delay:
+                return Check(effect, delay, 0.0, unit, found=True)
+            return Check(effect, unit=unit)
         model = average.models[max(having, key=average.weights.__getitem__)]
         share = average.share_of(effect)
         value, error = model.value(effect)
@@ -255,7 +263,7 @@ class Remarks:
         is_shown = bool(delay) or share > _SHOWN
         matters = abs(moves) + 2.0 * model.error / model.friction > _MATTERS
         if not is_shown and share > _OPEN and matters:
-            return unknown
+            return Check(effect, unit=unit)
         return Check(effect, (value + delay) / scale, error / abs(scale), unit, is_shown, moves)
 
     def _check_which_cell(self) -> None:
@@ -263,19 +271,17 @@ class Remarks:
 
         Explanations count that the readings do not refute.
         """
-        average = self.result.average
-        if self.is_ambiguous or not set(OFFSETS).intersection(average.best.effects):
+        best = self.average.best
+        if self.is_ambiguous or not best.fits_zero:
             return
-        likely = average.best.evidence - REFUTED
         rivals = [
             model.friction
-            for model in average.models
-            if set(OFFSETS).intersection(model.effects) and model.evidence > likely
+            for model in self.average.models
+            if model.fits_zero and model.evidence > best.evidence - REFUTED
         ]
-        low, high = self.fit.uncertainty.interval_95
-        if low <= min(rivals) and max(rivals) <= high:
+        if self.fit.uncertainty.holds(min(rivals)) and self.fit.uncertainty.holds(max(rivals)):
             return
-        self.warnings.append(
+        self.warn(
             f"the readings show a zero error, but hardly in which cell: {self.mu} may be anything"
             f" from {min(rivals):.3g} to {max(rivals):.3g};"
             " state what the cells read without load (--zero-motor, --zero-load)"
@@ -286,60 +292,54 @@ class Remarks:
 
         It is warned of if μ would then lie outside the interval.
         """
-        average = self.result.average
-        low, high = self.fit.uncertainty.interval_95
-        likeliest = max(model.evidence for model in average.models if DELAY not in model.effects)
-        late = [model for model in average.models if DELAY in model.effects]
-        if self.result.delay or not late or DELAY in average.best.effects:
+        models = self.average.models
+        likeliest = max(model.evidence for model in models if DELAY not in model.effects)
+        late = [model for model in models if DELAY in model.effects]
+        if self.result.delay or not late or DELAY in self.average.best.effects:
             return
         best = max(late, key=lambda model: model.evidence)
-        is_favoured = best.evidence + STRICT[DELAY] > likeliest
-        if not is_favoured or low <= best.friction <= high:
+        if best.evidence + STRICT[DELAY] <= likeliest or self.fit.uncertainty.holds(best.friction):
             return
         value = best.value(DELAY)[0]
         cell = "load" if value > 0.0 else "motor"
-        unit = self.time_unit or "unit of the file's time"
-        self.warnings.append(
-            f"delay: the {cell}'s cell may be {abs(value):.2g} {unit} late, which these readings"
-            f" hardly show; {self.mu} would be {best.friction:.4g}; log both cells with one clock"
-            " and one filter, and make the strokes longer"
+        self.warn(
+            f"delay: the {cell}'s cell may be {abs(value):.2g} {self.time_unit} late, which these"
+            f" readings hardly show; {self.mu} would be {best.friction:.4g}; log both cells with"
+            " one clock and one filter, and make the strokes longer"
         )
 
     def _check_drift(self) -> None:
         """Test if strokes change along the file, which is never fitted."""
-        from scipy.special import stdtr
-
         points = self.points
         if points.strokes < _DRIFT_STROKES:
-            self.checks.append(Check("drift", None, None, "1", None, None))
+            self.checks.append(Check("drift"))
             return
-        count = np.bincount(points.stroke)
-        columns = (self.result.average.best.residual, points.way * points.bend, points.place)
-        residual, bend, place = (np.bincount(points.stroke, column) / count for column in columns)
+        residual = means_by(points.stroke, self.average.best.residual)
+        bend = means_by(points.stroke, points.way * points.bend)
+        place = means_by(points.stroke, points.place)
         slopes = [self.friction * bend * place, bend]  # of a drift of μ, and of μ
         if points.both_ways:
             slopes += [place, np.ones(len(residual))]  # of a drift of the gain, and of the gain
-        values, error, free = _regression(slopes, residual)
-        chance = 2.0 * stdtr(free, -np.abs(values) / error)
+        values, error, chance = _regression(slopes, residual)
         drifts = (chance < _BY_CHANCE) & (np.abs(values) > _MATTERS)
         zero_drift = "" if drifts[::2].any() else self._zero_drift(residual, bend, place)
         has_drift = bool(drifts[::2].any()) or bool(zero_drift)
         self.checks.append(Check("drift", float(values[0]), float(error[0]), "1", has_drift, 0.0))
         speed = self.fit.speed
         if drifts[0] and speed and abs(speed.power) > 3.0 * speed.standard_error:
-            self.warnings.append(
+            self.warn(
                 f"{self.mu} varies with the speed to the power {speed.power:.2g}: the number is a"
                 " mean over the speeds in the file; measure at the speed that you use"
             )
             drifts[0] = False
         if zero_drift:
-            self.warnings.append(zero_drift)
+            self.warn(zero_drift)
         changes = {self.mu: values[0]} if drifts[0] else {}
         if points.both_ways and drifts[2]:
             changes["the ratio of the cells at the same force"] = values[2]
         if changes:
             said = [f"{name} changes by {100.0 * value:+.1f} %" for name, value in changes.items()]
-            self.warnings.append(
+            self.warn(
                 f"drift: {' and '.join(said)} over the file, so {self.mu} is a mean; a cell's zero"
                 " or gain drifts, their clocks part, or the tendon warms up or runs in: read the"
                 " cells without load before and after, warm them up, run the tendon in, and measure"
@@ -357,47 +357,30 @@ class Remarks:
             bend: Mean bend angle of each stroke, with the sign of its direction.
             place: Place of each stroke in the file, from -1/2 to 1/2.
         """
-        from scipy.special import stdtr
-
         points = self.points
+        models = self.average.models
         if not points.both_ways:
             return ""
-        average = self.result.average
         low, high = self.fit.uncertainty.interval_95
         allowed = max(0.5 * (high - low), _ZERO_MOVES * self.friction)
-        count = np.bincount(points.stroke)
-        for number, end in enumerate(("motor", "load")):
-            cell = points.motor if number == 0 else points.load
-            inverse_force = np.bincount(points.stroke, 1.0 / cell) / count
+        for number, (end, cell) in enumerate((("motor", points.motor), ("load", points.load))):
+            inverse_force = means_by(points.stroke, 1.0 / cell)
             slopes = [inverse_force * place, bend, np.ones(len(residual))]
-            if any(OFFSETS[number] in model.effects for model in average.models):
+            if any(OFFSETS[number] in model.effects for model in models):
                 slopes.append(inverse_force)
-            values, error, free = _regression(slopes, residual)
-            change = float(values[0])
-            chance = 2.0 * float(stdtr(free, -abs(change) / float(error[0])))
-            moved = abs(average.models[0].zero[number] * change)
-            if chance < _HARDLY_BY_CHANCE and moved > allowed:
-                unit = f" {self.fit.unit}" if self.fit.unit else ""
+            values, _, chance = _regression(slopes, residual)
+            moved = abs(models[0].zero[number] * float(values[0]))
+            if chance[0] < _HARDLY_BY_CHANCE and moved > allowed:
                 return (
-                    f"drift: the zero of the {end}'s cell changes by {change:+.2g}{unit} over the"
-                    f" file, which may move {self.mu} by {100.0 * moved / self.friction:.1f} %:"
-                    " read the cells without load before and after, warm them up, and measure again"
+                    f"drift: the zero of the {end}'s cell changes by {values[0]:+.2g}{self.unit}"
+                    f" over the file, which may move {self.mu} by"
+                    f" {100.0 * moved / self.friction:.1f} %: read the cells without load before"
+                    " and after, warm them up, and measure again"
                 )
         return ""
 
-    def _check_without_load(self) -> bool:
-        """Say what the cells read at rest without load, before and after the strokes.
-
-        Returns:
-            True if there are such readings.
-        """
-        for number, end in enumerate(("motor", "load")):
-            if self.without_load[number]:
-                self._remark_without_load(number, end, self.without_load[number])
-        return any(self.without_load)
-
     def _remark_without_load(self, number: int, end: str, left: dict[str, float]) -> None:
-        """Remark on one cell without load.
+        """Say what a cell reads at rest without load, before and after the strokes.
 
         Args:
             number: 0 for the motor's cell, 1 for the load's.
@@ -405,46 +388,39 @@ class Remarks:
             left: Reading at the start and at the end of the file, a stated zero taken off.
         """
         mean = float(np.mean(list(left.values())))
-        slope = self.result.average.models[0].zero[number] / self.friction
+        slope = self.average.models[0].zero[number] / self.friction
         moved = abs(slope * mean)
         span = float(np.ptp(list(left.values())))
         for place, check in enumerate(self.checks):
             if check.name == OFFSETS[number] and check.found is None:
                 is_off = moved > _NOTED
-                known = replace(check, value=mean, standard_error=span / 2.0, found=is_off)
-                self.checks[place] = replace(known, effect_on_friction=0.0)
+                self.checks[place] = Check(check.name, mean, span / 2.0, check.unit, is_off, 0.0)
         # Under a constant force a zero error of the load's cell passes for a gain.
         force = float(self.fit.rows.loc[self.fit.rows["used"], end].median())
         is_gain = abs(mean) > _NOTED_ZERO * force
         if max(moved, abs(slope) * span) <= _NOTED and not is_gain:
             return
-        unit = f" {self.fit.unit}" if self.fit.unit else ""
         zero = self.zeros[number]
-        read = [f"{zero + force:.3g}{unit} at the {name}" for name, force in left.items()]
-        text = f"without load the {end}'s cell reads {' and '.join(read)}"
+        read = [f"{zero + force:.3g}{self.unit} at the {name}" for name, force in left.items()]
+        option = f'--zero-{end} "{zero + mean:.3g}{self.unit}"'
+        means = ": its zero drifts, and one zero for the whole file takes off no more than the mean"
         if moved > _NOTED:
-            text += (
-                f", which moves {self.mu} by {100.0 * moved:.1f} % unless it is taken off:"
-                f' --zero-{end} "{zero + mean:.3g}{unit}"'
-            )
+            means = f", which moves {self.mu} by {100.0 * moved:.1f} % unless it is taken off:"
+            means += f" {option}"
         elif is_gain:
-            text += (
-                f", {100.0 * abs(mean) / force:.1f} % of the force, which passes for a gain here:"
-                f' take it off by --zero-{end} "{zero + mean:.3g}{unit}"'
-            )
-        else:
-            text += (
-                ": its zero drifts, and one zero for the whole file takes off no more than the mean"
-            )
-        is_fitted = OFFSETS[number] in self.result.average.best.effects
-        (self.warnings if moved > _MATTERS and not is_fitted else self.notes).append(text)
+            share = 100.0 * abs(mean) / force
+            means = f", {share:.1f} % of the force, which passes for a gain here: take it off by"
+            means += f" {option}"
+        is_fitted = OFFSETS[number] in self.average.best.effects
+        remark = self.warn if moved > _MATTERS and not is_fitted else self.note
+        remark(f"without load the {end}'s cell reads {' and '.join(read)}{means}")
 
     def _check_zeros(self) -> None:
         """Say how far a zero error would move μ, if the readings do not show it."""
-        models = self.result.average.models
+        models = self.average.models
         points = self.points
         unit = self.fit.unit
-        is_fitted = any(set(OFFSETS).intersection(model.effects) for model in models)
+        is_fitted = any(model.fits_zero for model in models)
         if is_fitted or self.zero_given or not points.both_ways:
             return
         # Without a unit, 1 % of the force takes the place of 1 N.
@@ -456,7 +432,7 @@ class Remarks:
         down = float(np.mean(np.log(points.load[points.way == -1])))
         difference = abs(up - down)
         if difference > _FAR_FORCES and moved > _MATTERS:
-            self.warnings.append(
+            self.warn(
                 f"the forces of the two directions differ by {100.0 * difference:.0f} %: {would};"
                 " state the cells' zeros (--zero-motor, --zero-load)"
             )
@@ -465,16 +441,16 @@ class Remarks:
             assumed = [part.standard_uncertainty for part in parts if part.name in ZEROS]
             room = ""
             if assumed:
-                force = f"{max(assumed):.2g} {unit}" if unit else f"{max(assumed):.2g}"
+                force = f"{max(assumed):.2g}{self.unit}"
                 room = f"; the interval allows for {force} (--cell-uncertainty states yours)"
-            self.notes.append(f"{would}, and these forces would not show it{room}")
+            self.note(f"{would}, and these forces would not show it{room}")
 
     def _check_late(self) -> None:
         """Say how far a late cell would move μ, if it is assumed and not known how late one is."""
         for part in self.fit.uncertainty.parts:
             share = part.contribution / self.friction
             if part.name == LATE and share > _NOTED:
-                self.notes.append(
+                self.note(
                     f"a cell that is {part.standard_uncertainty:.2g} {part.unit} late would move"
                     f" {self.mu} by {100.0 * share:.1f} %, and while the force changes steadily"
                     " these readings would not show it; the interval allows for it"
@@ -482,11 +458,18 @@ class Remarks:
                 )
 
     def _check_gains(self) -> None:
-        """Compare the gains of the cells."""
+        """Compare the gains of the cells, or say that one direction alone does not show them."""
         if not self.points.both_ways:
-            self._remark_one_way()
+            has_both = len(np.unique(self.log.way)) == 2
+            found = "only one direction reaches a limit" if has_both else "one direction only"
+            change = 1.0 / float(self.points.bend.max()) / self.friction
+            (self.warn if has_both else self.note)(
+                f"{found}: gain and zero errors of the cells hide in {self.mu};"
+                f" 1 % between the gains would change it by {change:.1f} %"
+            )
+            self.checks.append(Check("gain"))
             return
-        average = self.result.average
+        average = self.average
         gain = math.exp(average.log_gain)
         error = math.sqrt(max(float(average.best.covariance[1, 1]), 0.0))
         differs = self.points.strokes > 2 and abs(average.log_gain) > max(3.0 * error, 1e-3)
@@ -494,32 +477,12 @@ class Remarks:
         excess = max(gain, 1.0 / gain) - 1.0
         reads = f"one cell reads {100.0 * excess:.0f} % more than the other at the same force"
         if excess > _GAIN_WARNING:
-            self.warnings.append(
+            self.warn(
                 f"{reads}: one of them is not calibrated, or does not measure this tendon;"
                 " load both with the same weight"
             )
         elif excess > _GAIN_NOTE:
-            self.notes.append(
-                f"{reads}; this cancels between the directions, but calibrate the cells"
-            )
-
-    def _remark_one_way(self) -> None:
-        """Say that one direction alone does not show the gain.
-
-        It is a warning if the file has both directions.
-        """
-        has_both = len(np.unique(self.log.way)) == 2
-        found = "only one direction reaches a limit" if has_both else "one direction only"
-        change = 1.0 / float(self.points.bend.max()) / self.friction
-        remark = (
-            f"{found}: gain and zero errors of the cells hide in {self.mu};"
-            f" 1 % between the gains would change it by {change:.1f} %"
-        )
-        if has_both:
-            self.warnings.append(remark)
-        else:
-            self.notes.append(remark)
-        self.checks.append(Check("gain", None, None, "1", None, None))
+            self.note(f"{reads}; this cancels between the directions, but calibrate the cells")
 
     def _check_rows(self) -> None:
         """Warn of many rows set aside for one fault, and of rows that have not settled."""
@@ -531,22 +494,22 @@ class Remarks:
             # Before and after the strokes a tendon may be slack.
             share = float(np.mean((moving if code == NOT_POSITIVE else codes) == code))
             if share > most:
-                self.warnings.append(f"{100.0 * share:.0f} % of the rows {text}")
+                self.warn(f"{100.0 * share:.0f} % of the rows {text}")
         if self.fit.leaves_out_most and not self.fit.is_doubtful:
-            self.notes.append(
+            self.note(
                 f"{strokes_used(self.fit)} found reach the limit; the others are left out, and the"
                 " rows as a whole show the same number"
             )
         share = float(np.mean(self.result.used))
         if share < _FEW_USED:
-            self.warnings.append(
+            self.warn(
                 f"only {100.0 * share:.0f} % of the rows lie on a limit, so {self.mu} may come"
                 " from peaks: a cell is late or the strokes are short; log both cells with one"
                 " clock and make the strokes longer"
             )
         climb = climbing(self.log, self.result)
         if climb > _CLIMBS:
-            self.warnings.append(
+            self.warn(
                 f"the force ratio still climbs on the limit, by {100.0 * climb:.0f} % of its change"
                 f" in a stroke: {self.mu} may be too small; make the strokes longer"
             )
@@ -557,31 +520,30 @@ class Remarks:
         friction = self.friction
         coarse = fit.uncertainty.contribution_of(RESOLUTION) / friction
         if coarse > _MATTERS:
-            self.warnings.append(
+            self.warn(
                 f"the resolution of the cells makes {self.mu} uncertain by {100.0 * coarse:.0f} %;"
                 " use a finer converter"
             )
         least = LEAST_SCATTER * friction / math.sqrt(self.points.strokes)
-        if not self.log.shows_steps and self.result.average.scatter < least:
-            remark = (
+        if not self.log.shows_steps and self.average.scatter < least:
+            (self.warn if len(self.log.way) >= LOG_ROWS else self.note)(
                 "repeated readings are all alike and do not show how finely the cells read: a unit"
                 " of the last decimal is assumed; use a finer converter"
             )
-            (self.warnings if len(self.log.way) >= LOG_ROWS else self.notes).append(remark)
         if self.points.strokes < FEW:
-            self.warnings.append(
+            self.warn(
                 f"{counted(self.points.strokes, 'stroke')} cannot show how strokes scatter:"
                 f" {100.0 * FEW_SHARE:.0f} % of {self.mu} is assumed; repeat the measurement"
             )
         if abs(fit.from_plain) > _PLAIN_AWAY:
-            self.warnings.append(
+            self.warn(
                 f"{self.mu} differs by {100.0 * fit.from_plain:+.0f} % from the plain answer,"
                 f" {fit.plain.friction:.3g}; see which rows are used (--plot)"
             )
         slack = 2.0 * fit.uncertainty.standard_error
         alone = [direction.friction for direction in fit.by_direction.values()]
         if len(alone) == 2 and not min(alone) - slack <= friction <= max(alone) + slack:
-            self.warnings.append(
+            self.warn(
                 f"{self.mu} lies outside what each direction gives alone,"
                 f" {alone[0]:.3g} and {alone[1]:.3g}: the effects fitted for the rig cause this;"
                 " state the cells' zeros"

@@ -23,7 +23,7 @@ from tendon_cli.fits.friction.effects import (
     with_one_force,
 )
 from tendon_cli.fits.friction.usable_rows import Log
-from tendon_cli.fits.log_rows import Floats
+from tendon_cli.fits.log_rows import Floats, means_by
 
 _GAIN = 0.1
 """Prior standard deviation of the log gain: cells are calibrated to a few per cent."""
@@ -52,6 +52,8 @@ _ALIKE = 0.8
 """Largest correlation of successive points that is believed."""
 _STEPS = 8
 """Largest number of Gauss-Newton steps: only the offsets are not linear, and settle in three."""
+_RATIOS = np.concatenate([[0.0], np.geomspace(1e-3, 1e5, 17)])
+"""Ratios of the variance between strokes to that within them that are tried first."""
 _RIDGE = 1e-14
 """Ridge of the scaled normal matrix, so that collinear columns have a solution."""
 
@@ -75,7 +77,7 @@ class CrossProducts:
     def of(cls, columns: list[Floats], points: Log, kappa: float) -> CrossProducts:
         """Return the products of columns; `kappa` is the share of points that are independent."""
         count = np.bincount(points.stroke)
-        mean = np.stack([np.bincount(points.stroke, column) / count for column in columns], axis=1)
+        mean = np.stack([means_by(points.stroke, column) for column in columns], axis=1)
         inner = np.column_stack(columns) - mean[points.stroke]
         lengths, strokes = np.unique(count, return_counts=True)
         between = np.stack([mean[count == length].T @ mean[count == length] for length in lengths])
@@ -84,7 +86,7 @@ class CrossProducts:
             between=between,
             lengths=lengths.astype(np.float64),
             strokes=strokes.astype(np.float64),
-            size=float(kappa * (len(inner) - len(count)) + len(count)),
+            size=kappa * (len(inner) - len(count)) + len(count),
         )
 
     def whitened(self, ratios: Floats) -> Floats:
@@ -123,7 +125,7 @@ def _line(products: CrossProducts, unknown: int, ratios: Floats, least: float) -
         The line of largest restricted likelihood.
     """
     gram = products.whitened(ratios)  # (ratios, columns, columns)
-    strokes = float(products.strokes.sum())
+    strokes = products.strokes.sum()
     diagonal = np.diagonal(gram, axis1=1, axis2=2)[:, :unknown]
     scale = np.sqrt(np.maximum(diagonal, 1e-300))  # (ratios, unknown)
     outer = scale[:, :, None] * scale[:, None, :]
@@ -142,8 +144,8 @@ def _line(products: CrossProducts, unknown: int, ratios: Floats, least: float) -
     loglik = -0.5 * (size * math.log(squares[best] / size) + log_det_v[best])
     return Line(
         values=values[best] / scale[best],
-        variance=float(squares[best]) / free,
-        ratio=float(ratios[best]),
+        variance=squares[best] / free,
+        ratio=ratios[best],
         loglik=float(loglik),
     )
 
@@ -156,7 +158,7 @@ def _best_line(products: CrossProducts, unknown: int, least: float, base: int) -
     """
     if np.all(products.lengths == 1.0) or products.strokes.sum() <= base:
         return _line(products, unknown, np.zeros(1), least)
-    grid = np.concatenate([[0.0], np.geomspace(1e-3, 1e5, 17)])
+    grid = _RATIOS
     for _ in range(3):  # to about 1 %, which moves no line
         line = _line(products, unknown, grid, least)
         place = int(np.searchsorted(grid, line.ratio))
@@ -183,7 +185,7 @@ def fit_model(
     places = [base + effects.index(name) if name in effects else None for name in OFFSETS]
     fits_offsets = places != [None, None]
     zeros = np.zeros(2)  # offsets of the motor's and of the load's cell
-    least = (_EXACT * float(np.median(np.abs(points.log_ratio)))) ** 2 * max(1.0, strokes / 2.0)
+    least = (_EXACT * np.median(np.abs(points.log_ratio))) ** 2 * max(1.0, strokes / 2.0)
     limit = 0.9 * np.array([points.motor.min(), points.load.min()])
     tau = np.array([priors[name] for name in effects])
     steps = _STEPS if fits_offsets else 1
@@ -213,7 +215,7 @@ def fit_model(
     slopes = inverse[0] @ gram[:unknown, unknown + 1 :]
     cost += 2.0 * sum(STRICT.get(name, 0.0) for name in effects)
     if base == 2:
-        cost += (float(values[1]) / _GAIN) ** 2
+        cost += (values[1] / _GAIN) ** 2
     unfitted = [place is None for place in places]
     return EffectModel(
         effects=effects,
@@ -222,8 +224,8 @@ def fit_model(
         evidence=line.loglik * min(1.0, _ENOUGH / strokes) - 0.5 * cost,
         residual=target - np.column_stack(columns) @ values,
         free=strokes - base if strokes > base else max(len(target) - unknown, 1),
-        zero=(float(slopes[0]) * unfitted[0], float(slopes[1]) * unfitted[1]),
-        late=float(slopes[2]) * (DELAY not in effects),
+        zero=(slopes[0] * unfitted[0], slopes[1] * unfitted[1]),
+        late=slopes[2] * (DELAY not in effects),
     )
 
 
@@ -262,9 +264,9 @@ def _posterior(line: Line, gram: Floats, tau: Floats) -> tuple[Floats, Floats, f
     # The room of the effects, ln det of their prior over their posterior covariance, which is part
     # of the inverse.
     posterior = inverse[base:, base:] * line.variance
-    room = -float(np.linalg.slogdet(posterior / np.outer(tau, tau))[1])
+    room = -np.linalg.slogdet(posterior / np.outer(tau, tau))[1]
     misfit = float(moved @ normal @ moved) / line.variance
-    departure = float(np.sum((values[base:] / tau) ** 2))
+    departure = np.sum((values[base:] / tau) ** 2)
     cost = misfit + departure + max(room, 0.0)
     return values, inverse, cost
 
@@ -302,13 +304,13 @@ class ModelAverage:
     @property
     def scatter(self) -> float:
         """Standard error of μ from the scatter of the strokes, averaged over the models."""
-        return math.sqrt(float(self.weights @ [model.error**2 for model in self.models]))
+        return math.sqrt(self.weights @ [model.error**2 for model in self.models])
 
     @property
     def spread(self) -> float:
         """Standard deviation of μ over the models."""
         squares = [(model.friction - self.friction) ** 2 for model in self.models]
-        return math.sqrt(float(self.weights @ squares))
+        return math.sqrt(self.weights @ squares)
 
 
 def average_of(points: Log, priors: dict[str, float]) -> ModelAverage:
@@ -349,7 +351,7 @@ def _judged(models: tuple[EffectModel, ...]) -> Floats:
 def _is_plausible(model: EffectModel, plain: EffectModel, points: Log) -> bool:
     """True if a model leaves μ known, and needs no zero error and no gain that no rig has."""
     is_known = model.error < _UNKNOWN * model.friction
-    largest = _LARGEST_ZERO * float(np.median(np.minimum(points.motor, points.load)))
+    largest = _LARGEST_ZERO * np.median(np.minimum(points.motor, points.load))
     has_small_zeros = all(
         abs(model.value(offset)[0]) <= largest for offset in OFFSETS if offset in model.effects
     )
@@ -359,13 +361,13 @@ def _is_plausible(model: EffectModel, plain: EffectModel, points: Log) -> bool:
 
 def _independent(points: Log, residual: Floats) -> float:
     """Estimate the share of points that are independent, by the correlation of successive ones."""
-    count = np.bincount(points.stroke)
-    deviation = residual - (np.bincount(points.stroke, residual) / count)[points.stroke]
+    deviation = residual - means_by(points.stroke, residual)[points.stroke]
     is_next = points.stroke[1:] == points.stroke[:-1]
     if not is_next.any() or not np.any(np.abs(deviation) > 1e-14):
         return 1.0
     products = float(deviation[1:][is_next] @ deviation[:-1][is_next])
     # The mean of a stroke is taken off, which lowers the correlation by one over its points.
-    correlation = products / float(deviation @ deviation) + 1.0 / float(count.max())
+    most = float(np.bincount(points.stroke).max())
+    correlation = products / float(deviation @ deviation) + 1.0 / most
     correlation = min(max(correlation, 0.0), _ALIKE)
     return (1.0 - correlation) / (1.0 + correlation)

@@ -118,9 +118,7 @@ def prepare(
     stated = stated_sides(readings, way, log_ratio, good)
     if stated is not None:
         stated = np.where(rest[good], 0, stated)
-    rounding = sum(
-        0.5 * step / float(np.median(force)) for step, force in zip(steps, forces, strict=True)
-    )
+    rounding = sum(0.5 * step / np.median(force) for step, force in zip(steps, forces, strict=True))
     levels = _levels(log_ratio, stated, group, rounding)
     side, is_settled = _sides(readings, log_ratio, stated, group, levels, good)
     cell, notes, warnings = motor_cell(
@@ -153,7 +151,7 @@ def prepare(
         shows_steps=shows_steps,
         time=None if is_settled else readings.times[rows],
         settled=is_settled,
-        mean_force=float(np.mean(np.log(forces[1][order]))),
+        mean_force=np.mean(np.log(forces[1][order])),
     )
     _check_follows(log, names, readings.source)
     return PreparedLog(log, rows, codes, cells, cell, notes, warnings)
@@ -161,16 +159,18 @@ def prepare(
 
 def _good_rows(codes: npt.NDArray[np.int8], source: str) -> Mask:
     """Select the rows that can be readings; refuse a file with none, or with too many saturated."""
-    saturated = float(np.mean(codes == SATURATED))
+    saturated = np.mean(codes == SATURATED)
     good = np.asarray(codes == USED)
     if saturated > _MOSTLY:
-        problem = (
-            f"{100.0 * saturated:.0f} % of the rows are saturated, so what slips there is unknown"
+        raise InputError(
+            f"{100.0 * saturated:.0f} % of the rows are saturated, so what slips there is unknown",
+            where=source,
+            hint="use cells of a larger range",
         )
-        raise InputError(problem, where=source, hint="use cells of a larger range")
     if not good.any():
-        problem = "no row has both forces above zero"
-        raise InputError(problem, where=source, hint="check the sign of the cells")
+        raise InputError(
+            "no row has both forces above zero", where=source, hint="check the sign of the cells"
+        )
     return good
 
 
@@ -178,12 +178,12 @@ def _check_enough(side: Integers, bend: Floats, source: str) -> None:
     """Refuse rows too few to show how they scatter, and rows with straight sheaths only."""
     needed = 3 if len(np.unique(side)) == 2 else 2
     if len(side) < needed:
-        problem = (
+        raise InputError(
             f"{counted(len(side), 'reading')} used,"
-            f" fewer than the {needed} needed to show how they scatter"
+            f" fewer than the {needed} needed to show how they scatter",
+            where=source,
+            hint="repeat the measurement with five strokes or more in each direction",
         )
-        hint = "repeat the measurement with five strokes or more in each direction"
-        raise InputError(problem, where=source, hint=hint)
     if not np.any(bend > 0.0):
         raise InputError("every bend angle is 0", where=source)
 
@@ -192,9 +192,11 @@ def _zeroed(cells: tuple[Floats, Floats], zeros: tuple[float, float]) -> tuple[F
     """Subtract from the motor's and the load's cell what they read without load."""
     for end, zero, cell in zip(("motor", "load"), zeros, cells, strict=True):
         if zero and np.nanquantile(cell, 0.9) <= zero:
-            problem = f"the stated zero of the {end}'s cell, {zero:g}, is larger than its forces"
-            hint = "it is what the cell reads without load"
-            raise InputError(problem, where=f"--zero-{end}", hint=hint)
+            raise InputError(
+                f"the stated zero of the {end}'s cell, {zero:g}, is larger than its forces",
+                where=f"--zero-{end}",
+                hint="it is what the cell reads without load",
+            )
     return cells[0] - zeros[0], cells[1] - zeros[1]
 
 
@@ -203,7 +205,7 @@ def _note_on_hum(readings: Readings, hum: float) -> str:
     shown = f"a period of {1.0 / hum:.3g} rows"
     time = readings.column("time")
     if time is not None and readings.time_unit in SECONDS:
-        rate = SECONDS[readings.time_unit] / float(np.median(np.diff(time)))
+        rate = SECONDS[readings.time_unit] / np.median(np.diff(time))
         shown = f"{hum * rate:.3g} Hz at {rate:.3g} readings a second"
         alias = abs(round(_MAINS / rate) * rate - _MAINS)
         if abs(alias - hum * rate) < 0.02 * rate:
@@ -236,7 +238,7 @@ def _levels(
             sides = stated[at_bend]
             if len(np.unique(sides[sides != 0])) < 2:
                 middle = 0.0
-                half = float(np.quantile(np.abs(ratios), 0.8))
+                half = np.quantile(np.abs(ratios), 0.8)
         levels[0, at_bend] = middle
         levels[1, at_bend] = max(half, 1e-12)
         levels[2, at_bend] = max(noise_of(ratios, sides), min(rounding, 0.1 * half))
@@ -269,7 +271,7 @@ def _sides(
     has_moved = True
     for number in np.unique(group):
         at_bend = group == number
-        middle, half, noise = (float(level[at_bend][0]) for level in levels)
+        middle, half, noise = (level[at_bend][0] for level in levels)
         if half > _SHOWN * noise:
             side[at_bend] = triggered_sides(log_ratio[at_bend], middle, half, noise)
         else:
@@ -279,7 +281,7 @@ def _sides(
         has_moved = bool(has_moved and has_turned)
     is_settled = usual_run(side + bends) <= _SETTLED
     away = np.abs(log_ratio - levels[0])
-    has_two_limits = not float(np.mean(away)) < _TWO_LIMITS * float(np.std(away))
+    has_two_limits = not np.mean(away) < _TWO_LIMITS * np.std(away)
     shows_directions = has_two_limits if is_settled else has_moved
     if not shows_directions:
         lines = readings.rows["line"].to_numpy()[good]
@@ -318,7 +320,7 @@ def _strokes(
     if is_settled and "stroke" in readings.rows:
         key = readings.codes("stroke")[1][good] * 3 + held
         _, first, place = np.unique(key, return_index=True, return_inverse=True)
-        return np.asarray(np.argsort(np.argsort(first))[place])
+        return np.argsort(np.argsort(first))[place]
     turns = np.diff(held, prepend=held[:1]) != 0
     changes = np.diff(part, prepend=part[:1]) != 0
     return np.cumsum(turns | changes)
@@ -330,22 +332,25 @@ def _check_follows(log: Log, names: tuple[str, str], source: str) -> None:
         return
     motor, load = (f'cell ("{shorten(name, 30)}")' for name in names)
     if not np.ptp(log.motor):
-        problem = f"the motor's {motor} reads the same in every row"
-        raise InputError(problem, where=source, hint=_WRONG_COLUMN)
-    usual = float(np.median(log.motor))
+        raise InputError(
+            f"the motor's {motor} reads the same in every row", where=source, hint=_WRONG_COLUMN
+        )
+    usual = np.median(log.motor)
     is_fine = len(log.way) >= _NOISELESS and log.steps[0] < _FINE * usual
     is_noisy = noise_of(log.motor, log.way) > _NOISY * usual
     if not np.ptp(log.load) and is_fine and is_noisy:
-        problem = f"the load's {load} reads the same in every row"
-        raise InputError(problem, where=source, hint=_WRONG_COLUMN)
+        raise InputError(
+            f"the load's {load} reads the same in every row", where=source, hint=_WRONG_COLUMN
+        )
     motor_change = np.log(log.motor) - np.mean(np.log(log.motor))
     load_change = np.log(log.load) - np.mean(np.log(log.load))
-    product = float(motor_change @ load_change)
-    square = float(motor_change @ motor_change)
+    product = motor_change @ load_change
+    square = motor_change @ motor_change
     largest_product = np.sqrt(square * float(load_change @ load_change))
     goes_against = product < -_FOLLOWS * square and -product > _AGAINST * largest_product
-    is_far = abs(float(np.median(log.middle))) > _FAR_GAIN
+    is_far = abs(np.median(log.middle)) > _FAR_GAIN
     hardly_changes = abs(product) < _FOLLOWS * square and is_far
     if goes_against or hardly_changes:
-        problem = f"the load's {load} does not follow the motor's"
-        raise InputError(problem, where=source, hint=_WRONG_COLUMN)
+        raise InputError(
+            f"the load's {load} does not follow the motor's", where=source, hint=_WRONG_COLUMN
+        )

@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from tendon_cli import say
-from tendon_cli.errors import InputError, TendonError, UsageError
+from tendon_cli.errors import InputError, UsageError
 from tendon_cli.fits.log_rows import Floats, Integers
 from tendon_cli.readers.clock import first_back
 from tendon_cli.readers.heading import Heading, column_called
@@ -86,7 +86,7 @@ _STRONGEST = 1e12
 _LARGEST_RATIO = 20.0
 """Largest ratio of one cell to the other in whole numbers: a decimal comma that is read as a
 separator makes 1 and 236 of "1,236"."""
-_ROLES = ("time", "bend_angle", "bend_uncertainty", "direction", "stroke")
+_ROLES = ("position", "direction", "time", "bend_angle", "bend_uncertainty", "stroke")
 """Roles of columns beside the cells, in the order in which they are read."""
 _TURNS = {"deg": 360.0, "°": 360.0, "rad": 2.0 * math.pi, "rev": 1.0, "": 360.0}
 """One turn of the motor's encoder by the unit of its position; without a unit, in degrees."""
@@ -146,9 +146,11 @@ class Readings:
             return np.arange(len(self.rows), dtype=np.float64)
         back = first_back(time)
         if back is not None:
-            problem = f"{back[1]}, so strokes cannot be found"
-            hint = "give one log per file, its rows in order of time"
-            raise InputError(problem, where=self.place(back[0]), hint=hint)
+            raise InputError(
+                f"{back[1]}, so strokes cannot be found",
+                where=self.place(back[0]),
+                hint="give one log per file, its rows in order of time",
+            )
         return time
 
     def place(self, row: int) -> str:
@@ -209,39 +211,47 @@ def read_readings(
     cells = _cells_of(table.columns, names)
     shown = ", ".join(column.shown for column in cells[:8])
     if len(cells) > 2:
-        hint = "name the two with --cell-1 and --cell-2"
-        problem = f"several columns could be the load cells: {shown}"
-        raise InputError(problem, where=table.place(), hint=hint)
+        raise InputError(
+            f"several columns could be the load cells: {shown}",
+            where=table.place(),
+            hint="name the two with --cell-1 and --cell-2",
+        )
     if not cells and not names:
-        cells = _by_unit(table.columns)
+        for dimension in ("mass", "force"):
+            found = [one for one in table.columns if one.dimension == dimension and one.name]
+            cells = found if len(found) == 2 else cells
         shown = ", ".join(column.shown for column in cells)
         if cells:
             table.notes.append(f"{table.source}: load cells by their unit alone: {shown}")
+    if not cells and names:
+        named = [shorten(name) for name in names]
+        raise UsageError(
+            f'no line of {table.source} has one column "{named[0]}" and one "{named[1]}"',
+            where="--cell-1, --cell-2",
+            hint=f"the columns are {table.shown}",
+        )
     if not cells:
-        raise _lacks_cells(table, names)
-    return _assembled(table, cells[0], cells[1], direction, position)
-
-
-def _lacks_cells(table: Table, names: tuple[str, str] | None) -> TendonError:
-    """Return the error of a table in which the load cells are not found."""
-    if names:
-        first, second = (shorten(name) for name in names)
-        problem = f'no line of {table.source} has one column "{first}" and one "{second}"'
-        hint = f"the columns are {table.shown}"
-        return UsageError(problem, where="--cell-1, --cell-2", hint=hint)
-    problem = f"no header names the two load cells; the columns are {table.shown}"
-    hint = 'call them "load cell 1" and "load cell 2", or name them with --cell-1 and --cell-2'
-    return InputError(problem, where=table.place(), hint=hint)
+        raise InputError(
+            f"no header names the two load cells; the columns are {table.shown}",
+            where=table.place(),
+            hint='call them "load cell 1" and "load cell 2", or name them with --cell-1 and'
+            " --cell-2",
+        )
+    given = {"direction": direction, "position": position}
+    return _assembled(table, cells[0], cells[1], given)
 
 
 def _assembled(
-    table: Table,
-    first: Heading,
-    second: Heading,
-    direction: str | None,
-    position: str | None,
+    table: Table, first: Heading, second: Heading, given: dict[str, str | None]
 ) -> Readings:
-    """Read the needed columns of a table, with both cells in one unit."""
+    """Read the needed columns of a table, with both cells in one unit.
+
+    Args:
+        table: The table.
+        first: Column of cell 1.
+        second: Column of cell 2.
+        given: Headers of other columns that the user names, by role.
+    """
     factors = _check_units(table, first, second)
     forces = (table.numbers(first, may_lack=True), table.numbers(second, may_lack=True))
     _check_calibrated(table, first, forces)
@@ -250,37 +260,45 @@ def _assembled(
         "cell_1": forces[0] * factors[0],
         "cell_2": forces[1] * factors[1],
     }
-    moved = None if position is None else table.called(position, "--position")
-    is_speed = moved is not None and bool(_words_of(moved.header) & _SPEED)
-    if moved:
-        moves = table.numbers(moved, may_lack=True)
-        if not is_speed and moved.unit in _TURNS:
-            moves = table.unwrapped(moved, moves, _TURNS[moved.unit])
-        rows["position"] = moves
-    directed = None if direction is None else table.called(direction, "--direction")
-    columns: dict[str, Heading | None] = {"direction": directed}
+    columns: dict[str, Heading] = {}
     for role in _ROLES:
+        name = given.get(role)
         found = [column for column in table.columns if _meaning_of(column).role == role]
-        columns[role] = columns.get(role) or table.only(found, say.spaced(role))
+        column = table.only(found, say.spaced(role)) if name is None else None
+        if name is not None:
+            column = table.called(name, f"--{role}")
+        if column is not None:
+            columns[role] = column
+    moved = columns.get("position")
+    is_speed = moved is not None and bool(_words_of(moved.header) & _SPEED)
     time_unit = ""
     for role, column in columns.items():
-        if column is None:
-            continue
         if role == "time":
             rows[role], time_unit = _times(table, column)
         elif role in ("direction", "stroke"):
-            rows[role] = _names(table, column)
+            names = table.texts(column)
+            is_file = table.header is not None
+            categories = [*dict.fromkeys(names)] if is_file else None
+            rows[role] = pd.Categorical(names, categories=categories)
+        elif role == "position":
+            rows[role] = table.numbers(column, may_lack=True)
+            if not is_speed and column.unit in _TURNS:
+                rows[role] = table.unwrapped(column, rows[role], _TURNS[column.unit])
         else:
             rows[role] = _radians(table, column, role)
     table.raise_faults()
-    read = [first, second, moved, *columns.values()]
+    read = [first, second, *columns.values()]
     notes = [*table.unread(read), *table.notes]
     unread: tuple[str, ...] = ()
-    if notes and not moved and not columns["direction"]:
+    if notes and not moved and "direction" not in columns:
         unread = _unread_names(table, read)
     if unread:
         shown = f'"{shorten(unread[0], 30)}"'
         notes[0] += f"; if {shown} says the direction, name it direction or give --direction"
+    ends = (_meaning_of(first).end, _meaning_of(second).end)
+    motor = None
+    if ends[0] != ends[1]:
+        motor = "1" if ends[0] == "motor" or ends[1] == "load" else "2"
     return Readings(
         rows=pd.DataFrame(rows, copy=False),
         source=table.source,
@@ -290,19 +308,19 @@ def _assembled(
         position_is_speed=is_speed,
         unit=(first.unit or None) if first.unit == second.unit else "N",
         time_unit=time_unit or None,
-        motor=_motor_by_headers(_meaning_of(first).end, _meaning_of(second).end),
+        motor=motor,
         files=(table.source,),
         notes=tuple(notes),
         unread_names=unread,
     )
 
 
-def _unread_names(table: Table, read: list[Heading | None]) -> tuple[str, ...]:
+def _unread_names(table: Table, read: list[Heading]) -> tuple[str, ...]:
     """Return the header and the words of a column that is not read but may say the direction.
 
     Such a column has two or three different words, and one of them in every row.
     """
-    known = {column.index for column in read if column}
+    known = {column.index for column in read}
     for column in table.columns:
         if column.index in known or not column.header:
             continue
@@ -314,20 +332,6 @@ def _unread_names(table: Table, read: list[Heading | None]) -> tuple[str, ...]:
         if len(words) > 1 and all(re.search(r"[^\W\d_]{2}", word) for word in words):
             return column.header, *sorted(words)
     return ()
-
-
-def _motor_by_headers(first: str | None, second: str | None) -> str | None:
-    """Return "1" or "2", the cell whose header says that it is the motor's; None if none does."""
-    if first == second:
-        return None
-    return "1" if first == "motor" or second == "load" else "2"
-
-
-def _names(table: Table, column: Heading) -> Any:
-    """Return a column of names, as a pandas Categorical."""
-    names = table.texts(column)
-    is_file = table.header is not None
-    return pd.Categorical(names, categories=[*dict.fromkeys(names)] if is_file else None)
 
 
 class _Meaning(NamedTuple):
@@ -393,23 +397,11 @@ def _cells_of(columns: Sequence[Heading], names: tuple[str, str] | None) -> list
     numbered = [column for column in cells if _meaning_of(column).cell is not None]
     if len(cells) > 2 and numbered:
         cells = numbered
-    firsts = [column for column in cells if _is_first(_meaning_of(column))]
+    # Cell 1 is first, or the motor's cell if its header has no number.
+    ranks = {column: (_meaning_of(column).cell or 0, _meaning_of(column).end) for column in cells}
+    firsts = [column for column, rank in ranks.items() if rank[0] == 1 or rank == (0, "motor")]
     seconds = [column for column in cells if column not in firsts]
     return [*firsts, *seconds] if firsts and seconds else []
-
-
-def _is_first(meaning: _Meaning) -> bool:
-    """True for cell 1, and for the motor's cell if its header has no number."""
-    return meaning.cell == 1 or (meaning.cell is None and meaning.end == "motor")
-
-
-def _by_unit(columns: Sequence[Heading]) -> list[Heading]:
-    """Return the only two columns with a unit of force, or else of mass; none if there are not."""
-    for dimension in ("force", "mass"):
-        found = [column for column in columns if column.dimension == dimension and column.name]
-        if len(found) == 2:
-            return found
-    return []
 
 
 def _check_units(table: Table, first: Heading, second: Heading) -> tuple[float, float]:
@@ -428,19 +420,26 @@ def _check_units(table: Table, first: Heading, second: Heading) -> tuple[float, 
                 raise InputError(error.problem, where=table.place(cell), hint=error.hint) from None
     if first.unit == second.unit:
         if first.dimension in _UNCALIBRATED:
-            problem = f'the cells are in "{first.unit}", not yet calibrated'
-            raise InputError(problem, where=table.place(first), hint=_CALIBRATE)
+            raise InputError(
+                f'the cells are in "{first.unit}", not yet calibrated',
+                where=table.place(first),
+                hint=_CALIBRATE,
+            )
         return 1.0, 1.0
     if not first.unit or not second.unit:
         bare = second if first.unit else first
         known_unit = first.unit or second.unit
-        problem = f'the unit of {bare.shown} is missing, but the other cell has "{known_unit}"'
-        hint = "give both cells a unit, or neither"
-        raise InputError(problem, where=table.place(bare), hint=hint)
+        raise InputError(
+            f'the unit of {bare.shown} is missing, but the other cell has "{known_unit}"',
+            where=table.place(bare),
+            hint="give both cells a unit, or neither",
+        )
     factors = (force_factor(first.unit), force_factor(second.unit))
     if factors[0] is None or factors[1] is None:
-        problem = f'the cells are in "{first.unit}" and "{second.unit}", which cannot be compared'
-        raise InputError(problem, where=table.place(first))
+        raise InputError(
+            f'the cells are in "{first.unit}" and "{second.unit}", which cannot be compared',
+            where=table.place(first),
+        )
     return factors[0], factors[1]
 
 
@@ -454,12 +453,12 @@ def _check_calibrated(table: Table, first: Heading, cells: tuple[Floats, Floats]
             return
         if not _COUNTS[0] <= np.median(np.abs(known)) <= _COUNTS[1]:
             return
-    problem = (
+    raise InputError(
         "the cells read whole numbers of thousands and have no unit, as the counts of a converter:"
-        " not yet calibrated"
+        " not yet calibrated",
+        where=table.place(first),
+        hint=f"{_CALIBRATE}; if they are forces, write their unit into the headers",
     )
-    hint = f"{_CALIBRATE}; if they are forces, write their unit into the headers"
-    raise InputError(problem, where=table.place(first), hint=hint)
 
 
 def _times(table: Table, column: Heading) -> tuple[Floats, str]:
@@ -527,15 +526,21 @@ def concatenate(parts: list[Readings]) -> Readings:
 def _check_kind(first: Readings, part: Readings) -> None:
     """Refuse a file that has other units or columns than the first."""
     if part.unit != first.unit:
-        problem = f'{part.source} is in "{part.unit}", {first.source} in "{first.unit}"'
-        raise InputError(problem, where=part.source, hint="save them in one unit")
+        raise InputError(
+            f'{part.source} is in "{part.unit}", {first.source} in "{first.unit}"',
+            where=part.source,
+            hint="save them in one unit",
+        )
     differing = set(part.rows) ^ set(first.rows)
     if not differing and part.motor != first.motor:
         differing = {"motor"}
     if differing:
         name = say.spaced(min(map(str, differing)))
-        problem = f"only one of {first.source} and {part.source} gives the {name}"
-        raise InputError(problem, where=part.source, hint="fit files of one kind together")
+        raise InputError(
+            f"only one of {first.source} and {part.source} gives the {name}",
+            where=part.source,
+            hint="fit files of one kind together",
+        )
 
 
 def check_forces(readings: Readings) -> None:
@@ -544,15 +549,21 @@ def check_forces(readings: Readings) -> None:
     source = readings.source
     largest = max(float(np.nanmax(np.abs(cell), initial=0.0)) for cell in (one, two))
     if largest >= _STRONGEST:
-        problem = f"forces reach {largest:.3g}, more than any load cell measures"
-        raise InputError(problem, where=source, hint="is the unit right?")
+        raise InputError(
+            f"forces reach {largest:.3g}, more than any load cell measures",
+            where=source,
+            hint="is the unit right?",
+        )
     is_fixed = all(
         np.nanmin(cell, initial=np.inf) == np.nanmax(cell, initial=-np.inf) for cell in (one, two)
     )
     directions = len(readings.codes("direction")[0]) if "direction" in readings.rows else 0
     if is_fixed and (len(readings.rows) >= ENOUGH_ROWS or directions > 1):
-        hint = "are these the right columns, and are both cells connected?"
-        raise InputError("both cells read the same in every row", where=source, hint=hint)
+        raise InputError(
+            "both cells read the same in every row",
+            where=source,
+            hint="are these the right columns, and are both cells connected?",
+        )
     is_loaded = (one > 0.0) & (two > 0.0)
     if not is_loaded.any():
         return
@@ -561,6 +572,8 @@ def check_forces(readings: Readings) -> None:
     if np.all(one == np.round(one)) and np.all(two == np.round(two)):
         ratio = float(np.exp(np.median(np.abs(np.log(one / two)))))
         if ratio > _LARGEST_RATIO:
-            problem = f"one cell reads {ratio:.0f} times the other, in whole numbers"
-            hint = "a decimal comma read as a separator? separate the columns by semicolons"
-            raise InputError(problem, where=source, hint=hint)
+            raise InputError(
+                f"one cell reads {ratio:.0f} times the other, in whole numbers",
+                where=source,
+                hint="a decimal comma read as a separator? separate the columns by semicolons",
+            )

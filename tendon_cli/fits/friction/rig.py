@@ -81,19 +81,21 @@ def _parsed(text: str) -> BendAngle:
         parts = [part.strip() for part in re.split(r"\+/-|\+-|±", text, maxsplit=1)]
     has_uncertainty = len(parts) == 2
     has_angle = not has_uncertainty or bool(parts[0])
-    try:
-        angle = parse_measure(parts[0], "angle").si if has_angle else LARGEST_BEND
-        uncertainty = parse_measure(parts[1], "angle").si if has_uncertainty else 0.0
-    except UnitError as error:
-        hint = error.hint or 'write "144 deg" or "144 deg +/- 2 deg"'
-        raise UsageError(error.problem, where="--bend-angle", hint=hint) from error
+    like = ("--bend-angle", 'write "144 deg" or "144 deg +/- 2 deg"')
+    angle = _measure(parts[0], "angle", *like) if has_angle else LARGEST_BEND
+    uncertainty = _measure(parts[1], "angle", *like) if has_uncertainty else 0.0
     if not _SMALLEST_BEND <= angle <= LARGEST_BEND:
         size = f"it is at least {_SMALLEST_BEND:g} and at most {LARGEST_BEND:g} rad"
-        problem = f'"{shorten(text)}" is not the bend angle of a sheath: {size}'
-        raise UsageError(problem, where="--bend-angle", hint="half a turn is 180 deg")
+        raise UsageError(
+            f'"{shorten(text)}" is not the bend angle of a sheath: {size}',
+            where="--bend-angle",
+            hint="half a turn is 180 deg",
+        )
     if not 0.0 <= uncertainty < angle / 2.0:
-        problem = f'"{shorten(text)}": the uncertainty is 0 or more and less than half the angle'
-        raise UsageError(problem, where="--bend-angle")
+        raise UsageError(
+            f'"{shorten(text)}": the uncertainty is 0 or more and less than half the angle',
+            where="--bend-angle",
+        )
     return BendAngle(
         radians=angle if has_angle else None,
         uncertainty=uncertainty,
@@ -108,14 +110,24 @@ def _bend_of_route(route: Path, smoothing: str | float | None) -> BendAngle:
 
     name = name_of(route)
     content = content_of(route, MAX_BYTES, "--route names a CSV of x, y and z")
-    noise = _noise_of_route(smoothing)
+    if isinstance(smoothing, str):
+        noise = _measure(smoothing, "length", "--path-smoothing", 'write "0.5 mm"')
+    else:
+        noise = float(smoothing or 0.0)
+    if not 0.0 <= noise < math.inf:
+        raise UsageError(
+            f'"{smoothing}" is not a noise of way-points, expected 0 or more',
+            where="--path-smoothing",
+        )
     measured, warnings = measure_route(read_route(content, name), name, noise)
     bend = measured.bend_angle
     error = measured.standard_error
     if bend < _SMALLEST_BEND or error >= bend / 2.0:
-        problem = f"bends by {bend:.3g} rad ± {error:.2g} rad: not enough to show friction"
-        hint = "measure friction on a sheath that bends by half a turn or more"
-        raise InputError(problem, where=name, hint=hint)
+        raise InputError(
+            f"bends by {bend:.3g} rad ± {error:.2g} rad: not enough to show friction",
+            where=name,
+            hint="measure friction on a sheath that bends by half a turn or more",
+        )
     return BendAngle(
         radians=bend,
         uncertainty=error,
@@ -126,20 +138,16 @@ def _bend_of_route(route: Path, smoothing: str | float | None) -> BendAngle:
     )
 
 
-def _noise_of_route(smoothing: str | float | None) -> float:
-    """Return the noise of way-points, m; 0 if it is not given."""
-    if isinstance(smoothing, str):
-        try:
-            noise = parse_measure(smoothing, "length").si
-        except UnitError as error:
-            hint = error.hint or 'write "0.5 mm"'
-            raise UsageError(error.problem, where="--path-smoothing", hint=hint) from error
-    else:
-        noise = float(smoothing or 0.0)
-    if not 0.0 <= noise < math.inf:
-        problem = f'"{smoothing}" is not a noise of way-points, expected 0 or more'
-        raise UsageError(problem, where="--path-smoothing")
-    return noise
+def _measure(text: str, dimension: str, option: str, hint: str) -> float:
+    """Return a number with a unit in SI; the hint shows one that is right.
+
+    Raises:
+        UsageError: if the text is none.
+    """
+    try:
+        return parse_measure(text, dimension).si
+    except UnitError as error:
+        raise UsageError(error.problem, where=option, hint=error.hint or hint) from error
 
 
 def bend_angles(
@@ -161,14 +169,13 @@ def bend_angles(
     if bend is None:
         return np.ones(total), 0.0, None
     if bend.radians is None:
-        problem = (
-            f"the bend angle of the sheath is not given, and {readings.source} has no column for it"
+        raise UsageError(
+            "the bend angle of the sheath is not given,"
+            f" and {readings.source} has no column for it",
+            where="--bend-angle",
+            hint='measure it between the cells: --bend-angle "144 deg", --route,'
+            " or a column bend_angle_deg",
         )
-        hint = (
-            'measure it between the cells: --bend-angle "144 deg", --route,'
-            " or a column bend_angle_deg"
-        )
-        raise UsageError(problem, where="--bend-angle", hint=hint)
     return np.full(total, bend.radians), bend.uncertainty / bend.radians, bend
 
 
@@ -181,22 +188,20 @@ def _angles_of_column(
     if bend is not None and bend.radians is not None:
         agrees = np.allclose(angles, bend.radians, rtol=1e-6, atol=0.0)
         if not agrees:
-            problem = (
+            raise UsageError(
                 f"the bend angle is given twice: as {bend.text},"
-                f" and differently by a column of {source}"
+                f" and differently by a column of {source}",
+                where="--bend-angle",
+                hint="leave the option out to use the column;"
+                ' "+/- 2 deg" alone says how well the column is known',
             )
-            hint = (
-                "leave the option out to use the column;"
-                ' "+/- 2 deg" alone says how well the column is known'
-            )
-            raise UsageError(problem, where="--bend-angle", hint=hint)
     if bend is not None and bend.uncertainty:
         if uncertainty is not None:
-            problem = (
+            raise UsageError(
                 "the uncertainty of the bend angle is given twice:"
-                f" here and by a column of {source}"
+                f" here and by a column of {source}",
+                where="--bend-angle",
             )
-            raise UsageError(problem, where="--bend-angle")
         uncertainty = np.full(len(angles), bend.uncertainty)
     share = 0.0
     if uncertainty is not None:
@@ -232,12 +237,15 @@ def force_of(given: str | float | None, option: str, unit: str | None) -> float:
         with contextlib.suppress(UnitError):
             newton = parse_measure(text, dimension).si * weight
             if scale is None:
-                problem = f'"{shorten(text)}" cannot be compared with the readings'
-                hint = f'the file gives no unit of force; write the number alone: {option} "0.4"'
-                raise UsageError(problem, where=option, hint=hint)
+                raise UsageError(
+                    f'"{shorten(text)}" cannot be compared with the readings',
+                    where=option,
+                    hint=f'the file gives no unit of force; write the number alone: {option} "0.4"',
+                )
             return newton / scale
-    problem = f'"{shorten(text)}" is not a force'
-    raise UsageError(problem, where=option, hint='write "0.4 N" or "0.4 kgf"')
+    raise UsageError(
+        f'"{shorten(text)}" is not a force', where=option, hint='write "0.4 N" or "0.4 kgf"'
+    )
 
 
 def cell_uncertainty_of(
@@ -260,16 +268,14 @@ def cell_uncertainty_of(
     option = "--cell-uncertainty"
     hint = 'write "0.2 N, 0.5 %, 5 ms"'
     for part in map(str.strip, text.split(",")):
-        try:
-            if part.endswith("%"):
-                gain = parse_measure(part, "number").si
-            elif _TIME.search(part):
-                delay = parse_measure(part, "time").si
-            else:
-                zero = force_of(part, option, unit)
-        except UnitError as error:
-            raise UsageError(error.problem, where=option, hint=hint) from error
+        if part.endswith("%"):
+            gain = _measure(part, "number", option, hint)
+        elif _TIME.search(part):
+            delay = _measure(part, "time", option, hint)
+        else:
+            zero = force_of(part, option, unit)
     if min(zero or 0.0, delay or 0.0) < 0.0 or not 0.0 <= gain < 1.0:
-        problem = f'"{shorten(text)}" is not an uncertainty, expected 0 or more'
-        raise UsageError(problem, where=option, hint=hint)
+        raise UsageError(
+            f'"{shorten(text)}" is not an uncertainty, expected 0 or more', where=option, hint=hint
+        )
     return zero, gain, delay

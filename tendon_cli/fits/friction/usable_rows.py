@@ -4,12 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.fits.log_rows import SAME_READING, Floats, Integers, Mask, noise_of, spikes
+from tendon_cli.fits.log_rows import (
+    SAME_READING,
+    Floats,
+    Integers,
+    LogRows,
+    Mask,
+    combined,
+    means_by,
+    noise_of,
+    spikes,
+)
 
 REASONS = (
     "",
@@ -67,7 +76,7 @@ _SAME_BEND = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class Log:
+class Log(LogRows):
     """Usable rows of a file, as the estimator sees them; a value per row."""
 
     motor: Floats
@@ -104,7 +113,7 @@ class Log:
     @property
     def log_ratio(self) -> Floats:
         """ln(F_motor/F_load)."""
-        return np.asarray(np.log(self.motor / self.load))
+        return np.log(self.motor / self.load)
 
     @property
     def strokes(self) -> int:
@@ -123,33 +132,27 @@ class Log:
             return 1.0
         first = self.first
         durations = self.time[first[1:] - 1] - self.time[first[:-1]]
-        return max(float(np.median(durations)), 1e-300)
+        return max(np.median(durations), 1e-300)
 
     @property
     def both_ways(self) -> bool:
         """True if both directions are read, so that gain and friction can be separated."""
         return len(np.unique(self.way[self.bend > 0.0])) == 2
 
-    def select(self, rows: Mask) -> Log:
+    def select(self, rows: Mask | Integers | slice) -> Log:
         """Select rows, and number their strokes anew."""
-        columns = {name: column[rows] for name, column in self._columns().items()}
-        columns["stroke"] = np.unique(columns["stroke"], return_inverse=True)[1]
-        return replace(self, **columns)
+        log = super().select(rows)
+        return replace(log, stroke=np.unique(log.stroke, return_inverse=True)[1])
 
     def means(self, part: Integers) -> Log:
         """Average over the parts 0, 1, ... of strokes; noise becomes that of a mean."""
-        count = np.bincount(part)
-        columns: dict[str, Any] = {
-            name: np.bincount(part, column) / count for name, column in self._columns().items()
-        }
-        columns["noise"] /= np.sqrt(count)
-        for name in ("way", "stroke"):
-            columns[name] = np.rint(columns[name]).astype(np.int64)
-        return replace(self, **columns)
-
-    def _columns(self) -> dict[str, Any]:
-        """Return the fields that have a value per row."""
-        return {name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)}
+        means = combined([self], lambda column: means_by(part, column))
+        return replace(
+            means,
+            noise=means.noise / np.sqrt(np.bincount(part)),
+            way=np.rint(means.way).astype(np.int64),
+            stroke=np.rint(means.stroke).astype(np.int64),
+        )
 
 
 def bend_groups(bend: Floats) -> Integers:
@@ -197,7 +200,7 @@ def _step_of(cell: Floats, stroke: Integers) -> float:
     readings = cell[is_known]
     values = np.unique(readings)
     # A logger that writes binary fractions repeats a value with a last digit more or less.
-    least = SAME_READING * float(np.max(np.abs(values), initial=0.0))
+    least = SAME_READING * np.max(np.abs(values), initial=0.0)
     if len(values) >= _ENOUGH_VALUES:
         steps = np.diff(values)
         return float(steps[steps > least].min(initial=math.inf))
@@ -216,10 +219,10 @@ def _step_of(cell: Floats, stroke: Integers) -> float:
 def _last_decimal(cell: Floats) -> float:
     """Return a unit of the last decimal that is written; 0 if there are more than nine."""
     values = np.unique(cell[np.isfinite(cell)])
-    largest = float(np.max(np.abs(values), initial=0.0))
+    largest = np.max(np.abs(values), initial=0.0)
     for decimals in range(_FINEST_DECIMALS + 1):
         if np.all(np.abs(values - np.round(values, decimals)) <= 1e-12 * largest):
-            return float(10.0**-decimals)
+            return 10.0**-decimals
     return 0.0
 
 
@@ -241,7 +244,7 @@ def unusable(
     if len(rest) >= LOG_ROWS:
         for cell, step in zip(cells, steps, strict=True):
             filled = np.nan_to_num(cell, nan=0.0, posinf=0.0, neginf=0.0)
-            usual_force = float(np.median(np.abs(filled)))
+            usual_force = np.median(np.abs(filled))
             codes[spikes(filled, max(_SPIKE_SHARE * usual_force, _SPIKE_STEPS * step))] = SPIKE
             codes[_saturated(cell, step)] = SATURATED
     # A motor that rests needs no load: its readings are those of the cells without load.
@@ -258,7 +261,7 @@ def unusable(
 def _usual_force(cell: Floats) -> float:
     """90th percentile of the forces above zero; 0 if there are none."""
     loaded = cell[cell > 0.0]
-    return float(np.quantile(loaded, 0.9)) if len(loaded) else 0.0
+    return np.quantile(loaded, 0.9) if len(loaded) else 0.0
 
 
 def _saturated(cell: Floats, step: float) -> Mask:
@@ -295,9 +298,9 @@ def without_hum(cell: Floats) -> tuple[Floats, float]:
     power = np.abs(spectrum) ** 2
     place = first + int(np.argmax(power[first:]))
     hum = slice(max(place - _HUM_WIDTH, first), place + _HUM_WIDTH + 1)
-    amplitude = 2.0 * math.sqrt(float(power[hum].sum())) / len(cell)
+    amplitude = 2.0 * math.sqrt(power[hum].sum()) / len(cell)
     is_line = power[hum].sum() >= _HUM_SHARE * power[first:].sum() > 0.0
-    if not is_line or amplitude > _HUM_LARGEST * float(np.median(np.abs(cell))):
+    if not is_line or amplitude > _HUM_LARGEST * np.median(np.abs(cell)):
         return cell, 0.0
     spectrum[hum] = 0.0
     return np.fft.irfft(spectrum, len(cell)), place / len(cell)
@@ -315,9 +318,7 @@ def rates_of(time: Floats, log_force: Floats, stroke: Integers, width: int) -> F
     centre = np.clip(np.arange(len(time)), first + reach, last - 1 - reach)
     force_change = _change_about(log_force - log_force.mean(), centre, reach)
     time_change = _change_about(time - time.mean(), centre, reach)
-    return np.asarray(
-        np.divide(force_change, time_change, out=np.zeros(len(time)), where=time_change > 0.0)
-    )
+    return np.divide(force_change, time_change, out=np.zeros(len(time)), where=time_change > 0.0)
 
 
 def _change_about(column: Floats, centre: Integers, reach: Integers) -> Floats:

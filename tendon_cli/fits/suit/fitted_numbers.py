@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from tendon_cli import say
 from tendon_cli.fits.log_rows import Floats
 from tendon_cli.fits.suit.parameters import Parameter
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate
+from tendon_cli.fits.written import plain
 from tendon_cli.space.axis import split_side
 from tendon_cli.studies.study import keys
 
@@ -28,27 +29,22 @@ _NORMAL_COVERAGE = 1.959963984540054
 _IN_SERIES = ("spring.stiffness", "anchor.stiffness", "tendon.youngs_modulus")
 """Stiffnesses whose compliances add up."""
 _STEP = 1e-4
+_RECORDED = ("value", "std", "interval_95", "prior", "learned", "unit")
+"""Fields that the record has under the same names."""
 
 
-@dataclass(frozen=True)
-class FittedNumber:
+@dataclass(frozen=True, kw_only=True)
+class FittedNumber(Parameter):
     """A number of the study or an error of a sensor, after a log was read."""
 
-    key: str
     value: float
     """Value of the best fit, SI."""
     std: float
     interval_95: tuple[float, float]
-    prior: str
-    """Law before the log was read, in words."""
     learned: float
     """1 less the variance over the prior's, 0 to 1."""
-    unit: str
     score: float
     """Normal score under the prior."""
-    is_sensor: bool
-    is_stated: bool
-    """True if the study itself says that the number is uncertain."""
 
     @property
     def is_told(self) -> bool:
@@ -56,16 +52,23 @@ class FittedNumber:
         return self.learned >= TOLD
 
     @property
+    def prior(self) -> str:
+        """Law before the log was read, in words."""
+        law = self.law
+        if self.log is not None:
+            return "any"
+        if law.kind == "uniform":
+            low = self.text(law.middle - law.spread)
+            return f"{low} to {self.text(law.middle + law.spread)}"
+        usual = "" if self.is_stated else " (usual)"
+        if law.kind == "log-normal":
+            return f"{self.text(law.middle)} within a factor of {math.exp(law.spread):.3g}{usual}"
+        return f"{self.text(law.middle)} ± {self.text(law.spread, 2)}{usual}"
+
+    @property
     def record(self) -> dict[str, Any]:
         """The number as plain JSON values."""
-        return {
-            "value": self.value,
-            "std": self.std,
-            "interval_95": list(self.interval_95),
-            "prior": self.prior,
-            "learned": self.learned,
-            "unit": self.unit,
-        }
+        return dict(plain({name: getattr(self, name) for name in _RECORDED}))
 
     def text(self, value: float, digits: int = 3) -> str:
         """Return a value of the number in the unit in which people read it."""
@@ -100,7 +103,7 @@ def _fitted(parameter: Parameter, score: float, deviation: float, coverage: floa
     is worked out on a grid of scores.
     """
     grid = np.linspace(-_REACH, _REACH, _POINTS)
-    values = parameter.value(grid)
+    values = parameter.at(grid)
     prior = np.exp(-0.5 * np.square(grid))
     prior /= prior.sum()
     information = max(1.0 / deviation**2 - 1.0, 0.0)
@@ -108,7 +111,7 @@ def _fitted(parameter: Parameter, score: float, deviation: float, coverage: floa
     if information > _NO_INFORMATION:
         middle = score / (deviation**2 * information)
         felt = _felt(parameter.key, values)
-        near = _felt(parameter.key, parameter.value(score + np.array([0.0, -_STEP, _STEP])))
+        near = _felt(parameter.key, parameter.at(score + np.array([0.0, -_STEP, _STEP])))
         slope = (near[2] - near[1]) / (2.0 * _STEP)
         centre = near[0] + slope * (middle - score)
         spread = abs(slope) / math.sqrt(information) * coverage / _NORMAL_COVERAGE
@@ -118,7 +121,7 @@ def _fitted(parameter: Parameter, score: float, deviation: float, coverage: floa
         weights /= weights.sum()
     if np.max(weights) > _TOO_NARROW:
         # The grid is too coarse for what is known this well, and the law is normal.
-        ends = parameter.value(score + coverage * deviation * np.array([-1.0, 0.0, 1.0]))
+        ends = parameter.at(score + coverage * deviation * np.array([-1.0, 0.0, 1.0]))
         std = float(ends[2] - ends[0]) / (2.0 * coverage)
     else:
         below = np.cumsum(weights) - 0.5 * weights
@@ -127,37 +130,17 @@ def _fitted(parameter: Parameter, score: float, deviation: float, coverage: floa
         std = math.sqrt(float(weights @ np.square(values - mean)))
     prior_mean = float(prior @ values)
     prior_variance = float(prior @ np.square(values - prior_mean))
-    number = FittedNumber(
-        key=parameter.key,
+    return FittedNumber(
+        **vars(parameter),
         value=float(ends[1]),
         std=std,
         interval_95=(float(ends[0]), float(ends[2])),
-        prior="",
         learned=float(np.clip(1.0 - std**2 / prior_variance, 0.0, 1.0)),
-        unit=parameter.unit,
         score=float(score),
-        is_sensor=parameter.is_sensor,
-        is_stated=parameter.is_stated,
     )
-    return replace(number, prior=_prior_text(parameter, number))
 
 
 def _felt(key: str, values: Floats) -> Floats:
     """Return what the tendons feel of a number: of a stiffness in series its compliance."""
     is_series = split_side(key)[0] in _IN_SERIES
-    return np.asarray(1.0 / values if is_series else values)
-
-
-def _prior_text(parameter: Parameter, number: FittedNumber) -> str:
-    """Return the prior of a number in words."""
-    law = parameter.law
-    if parameter.log is not None:
-        return "any"
-    if law.kind == "uniform":
-        low = number.text(law.middle - law.spread)
-        high = number.text(law.middle + law.spread)
-        return f"{low} to {high}"
-    usual = "" if parameter.is_stated else " (usual)"
-    if law.kind == "log-normal":
-        return f"{number.text(law.middle)} within a factor of {math.exp(law.spread):.3g}{usual}"
-    return f"{number.text(law.middle)} ± {number.text(law.spread, 2)}{usual}"
+    return 1.0 / values if is_series else values

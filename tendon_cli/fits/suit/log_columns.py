@@ -9,14 +9,15 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from tendon_cli.errors import UsageError
 from tendon_cli.readers.heading import Heading, column_called
 from tendon_cli.readers.table import Table
-from tendon_cli.units import SENSOR_UNITS, factor_of, force_factor, shorten
+from tendon_cli.studies.fit_section import Fitting
+from tendon_cli.units import SENSOR_UNITS, factor_of, force_factor
 
 ELBOW_ANGLE = "elbow_angle"
 SPOOL_ANGLE = "spool_angle"
@@ -75,16 +76,6 @@ _EXAMPLES = {
 }
 
 
-@dataclass(frozen=True)
-class Scaling:
-    """Factors that a study gives for columns that are no quantity of the model by themselves."""
-
-    torque_constant: float | None = None
-    """Torque of the spool per current, N m/A."""
-    counts_per_turn: float | None = None
-    """Counts of the encoders in a turn."""
-
-
 def columns_by_role(
     columns: Sequence[Heading], named: Mapping[str, str]
 ) -> dict[str, list[Heading]]:
@@ -96,7 +87,7 @@ def columns_by_role(
     """
     by_role: dict[str, list[Heading]] = {}
     for column in columns:
-        by_role.setdefault(_role_of(column), []).append(column)
+        by_role.setdefault(_role(column), []).append(column)
     for role, wanted in named.items():
         stated = Heading.of(0, wanted)  # the study may add the unit
         called = column_called(columns, wanted) or column_called(columns, stated.name)
@@ -109,22 +100,17 @@ def columns_by_role(
     return by_role
 
 
-def _role_of(column: Heading) -> str:
-    """Find what a column gives by the words of its header and by its unit; empty if nothing."""
-    plain = re.sub(r"[_\-.]+", " ", column.text.casefold())
-    words = set(re.findall(r"[^\W\d_]+", plain))
+def _role(column: Heading) -> str:
+    """Return what a column gives by the words of its header and by its unit; empty if nothing."""
+    text = _plain(column.text)
+    words = set(re.findall(r"[^\W\d_]+", text))
     dimension = "time" if column.clock else column.dimension or None
-    return "" if _WISHED.search(plain) else _role(plain, words, dimension)
-
-
-def _role(text: str, words: set[str], dimension: str | None) -> str:
-    """Return the column that words and a dimension mean; empty if they mean none."""
 
     def has(*stems: str) -> bool:
         """Return True if a short stem is a word, or a longer one is part of one."""
         return any(stem in words if len(stem) < 4 else stem in text for stem in stems)
 
-    if has(*_DERIVED):
+    if _WISHED.search(text) or has(*_DERIVED):
         return ""
     if dimension == "time" or (dimension is None and words & set(_TIME_WORDS)):
         return TIME
@@ -137,7 +123,9 @@ def _role(text: str, words: set[str], dimension: str | None) -> str:
     is_angle = dimension in ("angle", COUNTS)
     if is_angle and not has(*_ANGLE_WORDS):
         # The unit says that it is an angle: "motor (counts)", "elbow (deg)".
-        return _bare_angle(has(*_SPOOL), has(*_JOINT_ALONE))
+        if has(*_SPOOL) == has(*_JOINT_ALONE):
+            return ""
+        return SPOOL_ANGLE if has(*_SPOOL) else ELBOW_ANGLE
     if has(*_ANGLE_WORDS) and (is_angle or dimension is None):
         if has(*_SPOOL) and not has("elbow", "ellbogen", "joint", "gelenk"):
             return SPOOL_ANGLE
@@ -147,11 +135,9 @@ def _role(text: str, words: set[str], dimension: str | None) -> str:
     return ""
 
 
-def _bare_angle(is_spool: bool, is_joint: bool) -> str:
-    """Return the angle that a header names by its place alone; empty if the words leave it open."""
-    if is_spool == is_joint:
-        return ""
-    return SPOOL_ANGLE if is_spool else ELBOW_ANGLE
+def _plain(text: str) -> str:
+    """Return a header in small letters, with blanks between its words."""
+    return re.sub(r"[_\-.]+", " ", text.casefold())
 
 
 def _tension(is_flexor: bool, is_extensor: bool, is_proximal: bool, is_distal: bool) -> str:
@@ -162,14 +148,14 @@ def _tension(is_flexor: bool, is_extensor: bool, is_proximal: bool, is_distal: b
     return f"{side}_tension_{'proximal' if is_proximal else 'distal'}"
 
 
-def si_factor(table: Table, column: Heading, role: str, scaling: Scaling) -> float:
+def si_factor(table: Table, column: Heading, role: str, section: Fitting) -> float:
     """Return the factor from the numbers of a column to SI; a wrong unit is a fault of the table.
 
     Args:
         table: The log.
         column: The column.
         role: What it gives.
-        scaling: Torque constant and counts per turn of the study.
+        section: Section of the study, which has torque constant and counts per turn.
 
     Raises:
         UsageError: if the study lacks what current or counts need.
@@ -181,27 +167,27 @@ def si_factor(table: Table, column: Heading, role: str, scaling: Scaling) -> flo
         return np.nan
     dimension = column.dimension
     if dimension == CURRENT in wanted:
-        if scaling.torque_constant is None:
-            problem = f"{column.shown} is a current, so the fit needs the torque constant"
-            hint = 'such as [fit] torque_constant = "0.12 N m/A", of the spool with its gear'
-            raise UsageError(problem, where="fit.torque_constant", hint=hint)
-        return float(SENSOR_UNITS[column.unit].factor) * scaling.torque_constant
+        if section.torque_constant is None:
+            raise UsageError(
+                f"{column.shown} is a current, so the fit needs the torque constant",
+                where="fit.torque_constant",
+                hint='such as [fit] torque_constant = "0.12 N m/A", of the spool with its gear',
+            )
+        return float(SENSOR_UNITS[column.unit].factor) * section.torque_constant.single
     if dimension == COUNTS in wanted:
-        if scaling.counts_per_turn is None:
-            problem = f"{column.shown} is in counts, so the fit needs how many a turn has"
-            hint = "such as [fit] counts_per_turn = 4096"
-            raise UsageError(problem, where="fit.counts_per_turn", hint=hint)
-        return 2.0 * math.pi / scaling.counts_per_turn
+        if section.counts_per_turn is None:
+            raise UsageError(
+                f"{column.shown} is in counts, so the fit needs how many a turn has",
+                where="fit.counts_per_turn",
+                hint="such as [fit] counts_per_turn = 4096",
+            )
+        return 2.0 * math.pi / section.counts_per_turn.single
     if role in TENSION_CHANNELS and dimension == "mass":
         return force_factor(column.unit) or np.nan
     symbol = table.unit_of(column, wanted[0])
     return factor_of(symbol) if symbol else np.nan
 
 
-def wished_columns(columns: list[Heading]) -> list[str]:
-    """Return the headers of columns that hold what was asked of the motor."""
-    return [
-        shorten(column.header, 40)
-        for column in columns
-        if _WISHED.search(re.sub(r"[_\-.]+", " ", column.header.casefold()))
-    ]
+def is_wished(column: Heading) -> bool:
+    """Return True if a column holds what was asked of the motor."""
+    return bool(_WISHED.search(_plain(column.header)))

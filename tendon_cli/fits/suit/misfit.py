@@ -76,7 +76,7 @@ def lower_factor(matrix: Floats) -> Floats:
 
 def kernels_of(parts: Parts) -> Floats:
     """Return the correlations of the terms between parts, (terms, parts, parts)."""
-    span = max(float(np.ptp(parts.angle)), 1e-6)
+    span = max(np.ptp(parts.angle), 1e-6)
     apart = (parts.angle[:, np.newaxis] - parts.angle) / (_SMOOTH_OVER * span)
     smooth = _OFFSET + (1.0 - _OFFSET) * np.exp(-0.5 * np.square(apart))
     same_stroke = parts.stroke[:, np.newaxis] == parts.stroke
@@ -130,13 +130,13 @@ def sized(misfit: Misfit, kernels: Floats, residual: Floats, slopes: Floats) -> 
             for place, kernel in enumerate(kernels):
                 at = row * len(TERMS) + place
                 turned = kernel @ weighted[block]
-                trace = float(np.sum(inverse[block, block] * kernel))
+                trace = np.sum(inverse[block, block] * kernel)
                 slope[at] = 0.5 * variances[at] * (weighted[block] @ turned - trace)
                 columns.append((block, inverse[:, block] @ kernel))
         information = np.empty((len(logs), len(logs)))
         for i, (first, left) in enumerate(columns):
             for j, (second, right) in enumerate(columns[: i + 1]):
-                trace = float(np.sum(left[second] * right[first].T))
+                trace = np.sum(left[second] * right[first].T)
                 information[i, j] = 0.5 * variances[i] * variances[j] * trace
                 information[j, i] = information[i, j]
         # A size at its floor that would fall further stays there.
@@ -145,7 +145,7 @@ def sized(misfit: Misfit, kernels: Floats, residual: Floats, slopes: Floats) -> 
         of_free = information[np.ix_(is_free, is_free)] + 0.05 * np.eye(int(is_free.sum()))
         step[is_free] = np.linalg.solve(of_free, slope[is_free])
         new = np.clip(logs + np.clip(step, -2.0, 2.0), lowest, 2.0 * np.log(_LARGEST))
-        change = float(np.max(np.abs(new - logs)))
+        change = np.max(np.abs(new - logs))
         logs = new
         if change < _SAME_SIZE:
             break

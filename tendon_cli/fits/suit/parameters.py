@@ -22,7 +22,6 @@ from tendon_cli.fits.suit.log_columns import (
     SPOOL_ANGLE,
     TENSION_CHANNELS,
 )
-from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.fit_section import BACKLASH
 from tendon_cli.studies.study import Study, is_exact, keys
@@ -100,11 +99,11 @@ class Parameter:
     log: int | None = None
     """Number of the log to which it belongs; None if it holds for all."""
 
-    def value(self, score: Floats) -> Floats:
+    def at(self, score: Floats) -> Floats:
         """Return the number at normal scores, SI."""
         law = self.law
         if law.kind == "normal" and law.cut_share < 1e-6:
-            return np.asarray(np.clip(law.middle + law.spread * score, law.low, law.high))
+            return np.clip(law.middle + law.spread * score, law.low, law.high)
         from scipy.special import ndtr
 
         return quantile(law, ndtr(np.clip(score, -8.0, 8.0)))
@@ -151,8 +150,10 @@ def numbers_of(study: Study) -> list[Parameter]:
     for key, number in study.numbers.items():
         if number.is_axis or is_exact(study, key) or key.startswith(_NOT_FITTED):
             continue
+        common = split_side(key)[0]
         law = number.uncertain or _usual_law(study, key)
-        if law is None or not _is_model_number(key):
+        # The states of a suit depend on these numbers.
+        if law is None or common not in {*TOLERANCES, "tendon.diameter"}:
             continue
         of_number = keys()[key].number
         unit = SI_UNIT[of_number.quantity.dimension]
@@ -162,12 +163,6 @@ def numbers_of(study: Study) -> list[Parameter]:
         problem = "nothing is to be fitted: the study gives no number with +/- or a range"
         raise StudyError([Fault("", problem, hint)])
     return sorted(found, key=lambda parameter: not parameter.is_stated)
-
-
-def _is_model_number(key: str) -> bool:
-    """Return True for a number on which the states of a suit depend."""
-    common = split_side(key)[0]
-    return common in TOLERANCES or common == "tendon.diameter"
 
 
 def _usual_law(study: Study, key: str) -> Uncertain | None:
@@ -215,11 +210,6 @@ def sensors_of(
     return [parameter for parameter in found if not is_exact(study, parameter.key)]
 
 
-def stated_load(key: str) -> float:
-    """Return the mass that a load is named by, kg."""
-    return float(key.split()[1])
-
-
 def loads_of(loads: Sequence[float]) -> list[Parameter]:
     """Return the masses of the loads that a log states, each with its tolerance."""
     return [
@@ -256,8 +246,3 @@ def usual_inertia(study: Study) -> float:
 def range_of(values: Floats) -> float:
     """Return the range of a channel without its outermost hundredths, SI."""
     return float(np.quantile(values, 0.99) - np.quantile(values, 0.01))
-
-
-def unit_of(channel: str) -> str:
-    """Return the SI unit of a channel."""
-    return SI_UNIT[QUANTITIES[channel].dimension]

@@ -8,20 +8,20 @@ over parts of the stroke hold all that they tell.
 from __future__ import annotations
 
 import itertools
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
+from tendon_cli import say
 from tendon_cli.errors import InputError
-from tendon_cli.fits.log_rows import Floats, Integers, Mask
+from tendon_cli.fits.log_rows import Floats, Integers, LogRows, Mask, concatenated, means_by
+from tendon_cli.fits.suit.log_columns import SPOOL_ANGLE
 from tendon_cli.fits.suit.parameters import range_of
 from tendon_cli.fits.suit.suit_log import SuitLog
 from tendon_cli.units import counted
 
-MOST_ROWS = 30_000
-"""Rows of a log that are kept: of a longer one neighbours are averaged."""
 PARTS = 8
 """Parts of a stroke, of equal angle, over which rows are averaged."""
 MOST_STROKES = 48
@@ -44,6 +44,8 @@ _USUAL_STEPS = 0.9
 """Share of the steps in time that are no gaps."""
 _GAP = 10.0
 """Step in time, over the largest usual one, from which it is a gap."""
+_SLID = 3.0
+"""Way of the spool after a turn, over that in which the sheath turns, from which rows are used."""
 _SHAPE_DEGREE = 9
 """Degree of the polynomial in time that gives speed and acceleration in a stroke."""
 
@@ -66,17 +68,19 @@ class LogStroke:
 
     log: int
     """Number of its log."""
-    rows: Integers
-    """Rows of the thinned log, (rows,)."""
-    is_flexion: bool
-    load: float
-    """Mass of the load, kg; NaN if the log does not say."""
+    rows: SuitLog
     is_first: bool
     """True for the first stroke of a log and after a gap, before which nothing is known."""
 
+    @property
+    def sign(self) -> float:
+        """1 in flexion, -1 in extension."""
+        angle = self.rows.elbow_angle
+        return 1.0 if angle[-1] > angle[0] else -1.0
+
 
 @dataclass(frozen=True, eq=False)
-class Parts:
+class Parts(LogRows):
     """Means over parts of strokes, the data of a fit; a value per part."""
 
     log: Integers
@@ -110,78 +114,67 @@ class Parts:
         """1 in flexion, -1 in extension."""
         return np.where(self.flexion, 1.0, -1.0)
 
-    def select(self, rows: Mask | Integers) -> Parts:
-        """Select parts by mask or index."""
-        columns: dict[str, Any] = {
-            name: column[rows]
-            for name, column in vars(self).items()
-            if isinstance(column, np.ndarray)
-        }
-        values = {name: column[rows] for name, column in self.values.items()}
-        return Parts(**columns, values=values)
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """Means over parts of strokes, of the rows that slide."""
+
+    logs: tuple[SuitLog, ...]
+    parts: Parts
+    set_aside: Mapping[str, int]
+    """Number of rows set aside, by reason."""
+    notes: tuple[str, ...]
+
+    @property
+    def used(self) -> int:
+        """Number of rows used."""
+        return round(float(self.parts.count.sum()))
+
+    def without(self, is_left_out: Mask, reason: int) -> Selection:
+        """Return the selection without some parts, for the reason with this code."""
+        rows = round(float(self.parts.count[is_left_out].sum()))
+        if not rows:
+            return self
+        aside = dict(Counter(self.set_aside) + Counter({REASONS[reason]: rows}))
+        return replace(self, parts=self.parts.select(~is_left_out), set_aside=aside)
 
 
-def thinned(log: SuitLog) -> tuple[SuitLog, int]:
-    """Return a log with the means of neighbouring rows, and how many of them a mean has."""
-    every = -(-len(log) // MOST_ROWS)
-    if every == 1:
-        return log, 1
-    whole = len(log) // every * every
+def strokes_of(logs: Sequence[SuitLog]) -> tuple[LogStroke, ...]:
+    """Return the strokes of logs, between the turns of the joint, changes of load and gaps in time.
 
-    def means(values: Floats) -> Floats:
-        """Return the means of neighbours."""
-        return np.asarray(values[:whole].reshape(-1, every).mean(axis=1))
-
-    thin = replace(
-        log,
-        line=log.line[:whole:every],
-        elbow_angle=means(log.elbow_angle),
-        channels={name: means(values) for name, values in log.channels.items()},
-        time=None if log.time is None else means(log.time),
-        load_mass=None if log.load_mass is None else log.load_mass[:whole:every],
-    )
-    return thin, every
-
-
-def strokes_of(number: int, log: SuitLog) -> list[LogStroke]:
-    """Return the strokes of a log between the turns of its joint.
-
-    Args:
-        number: Number of the log.
-        log: The log, thinned.
+    Raises:
+        InputError: if there is a single stroke, or none.
     """
-    angle = log.elbow_angle
-    span = range_of(angle)
-    turns = _turns(angle, max(_TURN, _TURN_SHARE * span))
-    ends = [0, *turns, len(angle) - 1]
     strokes = []
-    gaps = gaps_of(log)
-    after_gap = {0, *(gaps + 1).tolist()}
-    for first, last in itertools.pairwise(ends):
-        rows = np.arange(first, last + 1)
-        for part in _without_breaks(log, rows, gaps):
-            change = angle[part[-1]] - angle[part[0]]
-            load = np.nan if log.load_mass is None else float(np.median(log.load_mass[part]))
-            is_first = int(part[0]) in after_gap
-            strokes.append(LogStroke(number, part, bool(change > 0.0), load, is_first=is_first))
-    return [stroke for stroke in strokes if len(stroke.rows) > 4]
+    for number, log in enumerate(logs):
+        angle = log.elbow_angle
+        turns = _turns(angle, max(_TURN, _TURN_SHARE * range_of(angle)))
+        after_gap = _gaps_of(log) + 1
+        breaks = after_gap
+        if log.load_mass is not None:
+            breaks = np.union1d(breaks, np.flatnonzero(np.diff(log.load_mass)) + 1)
+        for first, last in itertools.pairwise([0, *turns, len(angle) - 1]):
+            within = breaks[(breaks > first) & (breaks <= last)].tolist()
+            for start, end in itertools.pairwise([first, *within, last + 1]):
+                is_first = start == 0 or start in after_gap
+                if end - start > 4:
+                    strokes.append(LogStroke(number, log.select(slice(start, end)), is_first))
+    if len(strokes) < 2:
+        raise InputError(
+            f"{counted(len(strokes), 'stroke')}: friction cannot be told from the load",
+            where=logs[0].source,
+            hint="log two strokes or more, to and fro through most of the joint's range",
+        )
+    return tuple(strokes)
 
 
-def gaps_of(log: SuitLog) -> Integers:
+def _gaps_of(log: SuitLog) -> Integers:
     """Return the rows after which the log has a gap in time."""
     if log.time is None or len(log) < 3:
         return np.empty(0, dtype=np.int64)
     steps = np.diff(log.time)
-    usual = float(np.quantile(steps, _USUAL_STEPS))
+    usual = np.quantile(steps, _USUAL_STEPS)
     return np.flatnonzero(steps > _GAP * max(usual, 1e-12))
-
-
-def _without_breaks(log: SuitLog, rows: Integers, gaps: Integers) -> list[Integers]:
-    """Cut rows where the load changes, and at gaps in time."""
-    is_break = np.isin(rows[:-1], gaps)
-    if log.load_mass is not None:
-        is_break |= np.diff(log.load_mass[rows]) != 0.0
-    return list(np.split(rows, np.flatnonzero(is_break) + 1))
 
 
 def _turns(angle: Floats, least: float) -> list[int]:
@@ -213,54 +206,119 @@ def _turns(angle: Floats, least: float) -> list[int]:
     return turns
 
 
-def usable(
-    stroke: LogStroke, log: SuitLog, usual_length: float, least_way: float, spool_way: float
-) -> Integers:
-    """Return why each row of a stroke is set aside, a code per row.
+def selected(
+    logs: tuple[SuitLog, ...],
+    strokes: Sequence[LogStroke],
+    spool_turn: float,
+    spool_per_joint: float,
+) -> Selection:
+    """Select the rows that slide, once the sheaths have turned, and average them over parts.
 
     Args:
-        stroke: The stroke.
-        log: Its log, thinned.
-        usual_length: Median length of the strokes of the log, rad.
-        least_way: Way of the joint after a turn until the tendons slide, rad.
-        spool_way: Way of the spool after a turn until they slide, rad.
+        logs: Logs.
+        strokes: Their strokes.
+        spool_turn: Way of the spool in which the sheaths turn, rad.
+        spool_per_joint: Way of the spool per way of the joint.
+
+    Raises:
+        InputError: if nothing slides, or only in one direction.
     """
-    rows = stroke.rows
-    angle = log.elbow_angle[rows]
-    sign = 1.0 if stroke.is_flexion else -1.0
-    way = sign * (angle - angle[0])
-    codes = np.full(len(rows), USED)
-    if way[-1] < _SHORT_SHARE * usual_length:
-        codes[:] = SHORT
-        return codes
-    has_slid = way >= max(_LEAST_WAY, least_way)
-    goes_along = np.ones(len(rows), dtype=bool)
-    if "spool_angle" in log.channels:
-        wound = sign * log.channels["spool_angle"][rows]
-        least = int(np.argmin(wound))
-        has_slid &= (wound - wound[least] >= spool_way) & (np.arange(len(rows)) > least)
-        goes_along = _goes_along(wound)
-    first = int(np.argmax(has_slid)) if has_slid.any() else len(rows)
-    codes[:first] = STARTING if stroke.is_first else TURNING
-    codes[~goes_along & (codes == USED)] = AGAINST
-    codes[first:][way[first:] > (1.0 - _END_SHARE) * way[-1]] = TURNING
-    if log.time is not None and first < len(rows) - 8:
-        speed = _speed(way, log.time[rows])
-        usual = float(np.median(speed[first:]))
-        codes[first:][speed[first:] < _REST_SHARE * usual] = RESTING
-    return codes
+    way = _SLID * spool_turn
+    lengths = np.array([np.ptp(stroke.rows.elbow_angle) for stroke in strokes])
+    log_of = np.array([stroke.log for stroke in strokes])
+    used = []
+    for stroke in strokes:
+        usual = np.median(lengths[log_of == stroke.log])
+        codes = _usable(stroke, usual, way / max(spool_per_joint, 0.2), way)
+        if np.any(codes == USED):
+            used.append((stroke, codes))
+    notes = [text for log in logs for text in _note_on_gaps(log)]
+    if len(used) > MOST_STROKES:
+        notes.append(
+            f"{MOST_STROKES} of {len(used)} strokes are fitted, evenly spaced: more would not"
+            " narrow what the model's own misfit leaves open"
+        )
+        kept = np.unique(np.round(np.linspace(0, len(used) - 1, MOST_STROKES)).astype(int))
+        used = [used[place] for place in kept.tolist()]
+    set_aside = Counter({"without a number": sum(log.missing for log in logs)})
+    for _, codes in used:
+        reasons, rows = np.unique(codes[codes != USED], return_counts=True)
+        for reason, count in zip(reasons.tolist(), rows.tolist(), strict=True):
+            set_aside[REASONS[reason]] += count
+    found = [
+        _parts_of(stroke, codes == USED, number)
+        for number, (stroke, codes) in enumerate(used)
+        if np.count_nonzero(codes == USED) >= 2 * PARTS // 3
+    ]
+    if not found:
+        raise InputError(
+            "no stroke slides long enough: nothing is left after the turns",
+            where=logs[0].source,
+            hint="move the joint slowly through most of its range, several times to and fro",
+        )
+    parts = concatenated(found)
+    if len(np.unique(parts.flexion)) < 2:
+        way_used = "flexion" if parts.flexion[0] else "extension"
+        raise InputError(
+            f"{counted(len(found), 'stroke')} can be used, in {way_used} alone, so friction cannot"
+            " be told from the load",
+            where=logs[0].source,
+            hint="log two strokes or more, to and fro",
+        )
+    return Selection(logs, parts, dict(+set_aside), tuple(notes))
 
 
-def _goes_along(wound: Floats) -> Mask:
-    """Return True where the spool turns the way of its stroke.
+def _note_on_gaps(log: SuitLog) -> list[str]:
+    """Return a note on gaps in time, where and how long; none where the load was changed."""
+    gaps = _gaps_of(log)
+    if log.load_mass is not None:
+        gaps = gaps[log.load_mass[gaps] == log.load_mass[gaps + 1]]
+    if not len(gaps) or log.time is None:
+        return []
+    lasts = np.diff(log.time)[gaps]
+    longest = gaps[int(np.argmax(lasts))]
+    text = (
+        f"{log.source}: {counted(len(gaps), 'gap')} in the time, the longest of"
+        f" {say.number(float(lasts.max()), 3)} s after line {log.line[longest]}; rows after a gap"
+        " count once the tendons slide again"
+    )
+    return [text]
+
+
+def _usable(stroke: LogStroke, usual_length: float, least_way: float, spool_way: float) -> Integers:
+    """Return why each row of a stroke is set aside, a code per row.
 
     Where the elbow is unstable the spool turns back while the joint goes on, and friction with it.
 
     Args:
-        wound: Angle of the spool, positive the way of the stroke, rad.
+        stroke: The stroke.
+        usual_length: Median length of the strokes of the log, rad.
+        least_way: Way of the joint after a turn until the tendons slide, rad.
+        spool_way: Way of the spool after a turn until they slide, rad.
     """
-    speed = _speed(wound, np.arange(len(wound), dtype=np.float64))
-    return np.asarray(speed > _BACK_SHARE * np.median(speed))
+    log = stroke.rows
+    place = np.arange(len(log))
+    way = stroke.sign * (log.elbow_angle - log.elbow_angle[0])
+    codes = np.full(len(log), USED)
+    if way[-1] < _SHORT_SHARE * usual_length:
+        codes[:] = SHORT
+        return codes
+    has_slid = way >= max(_LEAST_WAY, least_way)
+    goes_along = np.ones(len(log), dtype=bool)
+    if SPOOL_ANGLE in log.channels:
+        wound = stroke.sign * log.channels[SPOOL_ANGLE]
+        least = int(np.argmin(wound))
+        has_slid &= (wound - wound[least] >= spool_way) & (place > least)
+        speed = _speed(wound, place.astype(np.float64))
+        goes_along = speed > _BACK_SHARE * np.median(speed)
+    first = int(np.argmax(has_slid)) if has_slid.any() else len(log)
+    codes[:first] = STARTING if stroke.is_first else TURNING
+    codes[~goes_along & (codes == USED)] = AGAINST
+    codes[first:][way[first:] > (1.0 - _END_SHARE) * way[-1]] = TURNING
+    if log.time is not None and first < len(log) - 8:
+        speed = _speed(way, log.time)[first:]
+        codes[first:][speed < _REST_SHARE * np.median(speed)] = RESTING
+    return codes
 
 
 def _speed(way: Floats, time: Floats) -> Floats:
@@ -270,101 +328,44 @@ def _speed(way: Floats, time: Floats) -> Floats:
     before = np.maximum(np.arange(len(way)) - reach, 0)
     step = time[after] - time[before]
     moved = way[after] - way[before]
-    return np.asarray(np.divide(moved, step, out=np.zeros(len(way)), where=step > 0.0))
+    return np.divide(moved, step, out=np.zeros(len(way)), where=step > 0.0)
 
 
-def parts_of(
-    logs: Sequence[SuitLog],
-    every: Sequence[int],
-    strokes: Sequence[LogStroke],
-    codes: Sequence[Integers],
-) -> Parts:
-    """Average the rows that slide over parts of their strokes.
-
-    Args:
-        logs: The logs, thinned.
-        every: Rows of each log that a row of the thinned one is the mean of.
-        strokes: All strokes.
-        codes: Why rows are set aside, for each stroke.
-
-    Raises:
-        InputError: if nothing slides, or only in one direction.
-    """
-    names = tuple(logs[0].channels)
-    found = []
-    for number, (stroke, code) in enumerate(zip(strokes, codes, strict=True)):
-        kept = code == USED
-        if np.count_nonzero(kept) < 2 * PARTS // 3:
-            continue
-        columns = _parts_of_stroke(logs[stroke.log], stroke, kept, names, number)
-        columns["count"] = columns["count"] * every[stroke.log]
-        found.append(columns)
-    if not found:
-        problem = "no stroke slides long enough: nothing is left after the turns"
-        hint = "move the joint slowly through most of its range, several times to and fro"
-        raise InputError(problem, where=logs[0].source, hint=hint)
-    joined: dict[str, Any] = {
-        name: np.concatenate([columns[name] for columns in found]) for name in found[0]
-    }
-    values = {name: joined.pop(f"value {name}") for name in names}
-    parts = Parts(**joined, values=values)
-    ways = np.unique(parts.flexion)
-    if len(ways) < 2:
-        way = "flexion" if ways[0] else "extension"
-        used = counted(len(np.unique(parts.stroke)), "stroke")
-        problem = f"{used} can be used, in {way} alone, so friction cannot be told from the load"
-        hint = "log two strokes or more, to and fro"
-        raise InputError(problem, where=logs[0].source, hint=hint)
-    return parts
-
-
-def _parts_of_stroke(
-    log: SuitLog, stroke: LogStroke, kept: Mask, names: Sequence[str], number: int
-) -> dict[str, Any]:
-    """Return the means over the parts of one stroke, by column."""
-    rows = stroke.rows[kept]
-    angle = log.elbow_angle[rows]
-    low = float(angle.min())
-    high = float(angle.max())
-    part = np.minimum((PARTS * (angle - low) / (high - low)).astype(np.int64), PARTS - 1)
+def _parts_of(stroke: LogStroke, kept: Mask, number: int) -> Parts:
+    """Return the means of the rows that are kept over the parts of a stroke with a number."""
+    speed, acceleration = _derivatives(stroke.rows)
+    rows = stroke.rows.select(kept)
+    angle = rows.elbow_angle
+    low = angle.min()
+    part = np.minimum((PARTS * (angle - low) / (angle.max() - low)).astype(np.int64), PARTS - 1)
     _, part = np.unique(part, return_inverse=True)
     count = np.bincount(part).astype(np.float64)
-
-    def mean(values: Floats) -> Floats:
-        """Return the mean of each part."""
-        return np.asarray(np.bincount(part, values) / count)
-
-    middle = mean(angle)
-    speed, acceleration = _derivatives(log, stroke, rows)
-    time = np.arange(len(log)) / len(log)
-    if log.time is not None:
-        time = (log.time - log.time[0]) / max(float(np.ptp(log.time)), 1e-12)
-    columns = {
-        "log": np.full(len(count), stroke.log),
-        "stroke": np.full(len(count), number),
-        "flexion": np.full(len(count), stroke.is_flexion),
-        "load": np.full(len(count), stroke.load),
-        "angle": middle,
-        "spread": np.sqrt(np.maximum(mean(np.square(angle - middle[part])), 1e-10)),
-        "speed": mean(speed),
-        "acceleration": mean(acceleration),
-        "place": mean(time[rows]),
-        "count": count,
-    }
-    for name in names:
-        columns[f"value {name}"] = mean(log.channels[name][rows])
-    return columns
+    middle = means_by(part, angle)
+    load = np.nan
+    if stroke.rows.load_mass is not None:
+        load = np.median(stroke.rows.load_mass)
+    return Parts(
+        log=np.full(len(count), stroke.log),
+        stroke=np.full(len(count), number),
+        flexion=np.full(len(count), stroke.sign > 0.0),
+        load=np.full(len(count), load),
+        angle=middle,
+        spread=np.sqrt(np.maximum(means_by(part, np.square(angle - middle[part])), 1e-10)),
+        speed=means_by(part, speed[kept]),
+        acceleration=means_by(part, acceleration[kept]),
+        place=means_by(part, rows.place),
+        count=count,
+        values={name: means_by(part, column) for name, column in rows.channels.items()},
+    )
 
 
-def _derivatives(log: SuitLog, stroke: LogStroke, rows: Integers) -> tuple[Floats, Floats]:
-    """Return speed and acceleration of the joint at rows, of a polynomial over their stroke."""
+def _derivatives(log: SuitLog) -> tuple[Floats, Floats]:
+    """Return speed and acceleration of the joint in a stroke, of a polynomial over it."""
     if log.time is None:
-        return np.zeros(len(rows)), np.zeros(len(rows))
-    time = log.time[stroke.rows]
-    middle = 0.5 * (time[0] + time[-1])
-    half = max(0.5 * (time[-1] - time[0]), 1e-12)
-    degree = min(_SHAPE_DEGREE, len(time) // 4)
-    angle = log.elbow_angle[stroke.rows]
-    fit = np.polynomial.Legendre.fit((time - middle) / half, angle, degree, domain=[-1.0, 1.0])
-    at = (log.time[rows] - middle) / half
-    return np.asarray(fit.deriv()(at) / half), np.asarray(fit.deriv(2)(at) / half**2)
+        return np.zeros(len(log)), np.zeros(len(log))
+    middle = 0.5 * (log.time[0] + log.time[-1])
+    half = max(0.5 * (log.time[-1] - log.time[0]), 1e-12)
+    degree = min(_SHAPE_DEGREE, len(log) // 4)
+    at = (log.time - middle) / half
+    fit = np.polynomial.Legendre.fit(at, log.elbow_angle, degree, domain=[-1.0, 1.0])
+    return fit.deriv()(at) / half, fit.deriv(2)(at) / half**2

@@ -32,6 +32,8 @@ _BESIDE = math.radians(20.0)
 """Angle by which a log may leave the range of the study's motion."""
 _MOST_BESIDE = 0.5
 """Share of the log's range beyond that, from which the joint's angle is counted otherwise."""
+_SHAPE = 5
+"""Number of terms of the polynomial over the angle that both directions share."""
 _DURATION = (0.1, 600.0)
 """Least and largest duration of a stroke, s."""
 
@@ -46,9 +48,11 @@ def check_log(study: Study, log: SuitLog) -> None:
     falls = spool is not None and np.corrcoef(log.elbow_angle, spool)[0, 1] < _OPPOSITE
     if falls:
         _check_range(study, log)
-        problem = "the spool's angle falls as the joint flexes"
-        hint = "positive angles flex the joint and wind the flexor: turn one column's sign"
-        raise InputError(problem, where=log.source, hint=hint)
+        raise InputError(
+            "the spool's angle falls as the joint flexes",
+            where=log.source,
+            hint="positive angles flex the joint and wind the flexor: turn one column's sign",
+        )
 
 
 def check_durations(logs: Sequence[SuitLog], strokes: Sequence[LogStroke]) -> None:
@@ -61,7 +65,8 @@ def check_durations(logs: Sequence[SuitLog], strokes: Sequence[LogStroke]) -> No
     for number, log in enumerate(logs):
         if log.time is None:
             continue
-        taken = [float(np.ptp(log.time[one.rows])) for one in strokes if one.log == number]
+        times = [one.rows.time for one in strokes if one.log == number]
+        taken = [float(np.ptp(time)) for time in times if time is not None]
         usual = float(np.median(taken)) if taken else low
         if low <= usual <= high:
             continue
@@ -195,9 +200,11 @@ def _check_torque(parts: Parts, expected: Floats, log: SuitLog) -> None:
     usual = _band(parts, expected)
     agreement = float(np.corrcoef(torque, expected)[0, 1])
     if band < 0.0 and agreement < 0.0 and usual > 0.0:
-        problem = "the torque is larger in extension than in flexion: friction would help"
-        hint = "positive torque pulls the flexor: turn the column's sign"
-        raise InputError(problem, where=log.source, hint=hint)
+        raise InputError(
+            "the torque is larger in extension than in flexion: friction would help",
+            where=log.source,
+            hint="positive torque pulls the flexor: turn the column's sign",
+        )
     swing = range_of(torque)
     least = range_of(expected)
     if min(swing, least) <= 0.0 or abs(math.log(swing / least)) < math.log(_OTHER_TORQUE):
@@ -215,12 +222,6 @@ def _check_torque(parts: Parts, expected: Floats, log: SuitLog) -> None:
 
 def _band(parts: Parts, values: Floats) -> float:
     """Return the mean of a channel in flexion above that in extension, at the same angles."""
-    edges = np.quantile(parts.angle, np.linspace(0.0, 1.0, 9))
-    cell = np.clip(np.searchsorted(edges, parts.angle) - 1, 0, 7)
-    bands = [
-        values[(cell == number) & parts.flexion].mean()
-        - values[(cell == number) & ~parts.flexion].mean()
-        for number in range(8)
-        if ((cell == number) & parts.flexion).any() and ((cell == number) & ~parts.flexion).any()
-    ]
-    return float(np.mean(bands)) if bands else 0.0
+    columns = [*np.vander(parts.angle - parts.angle.mean(), _SHAPE).T, parts.sign]
+    solved, *_ = np.linalg.lstsq(np.stack(columns, axis=1), values, rcond=None)
+    return 2.0 * float(solved[-1])

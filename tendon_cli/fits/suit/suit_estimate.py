@@ -8,17 +8,34 @@ from functools import cached_property
 
 import numpy as np
 
-from tendon_cli.fits.log_rows import Floats
+from tendon_cli.fits.log_rows import Floats, Integers
+from tendon_cli.fits.suit.log_columns import SPOOL_ANGLE
 from tendon_cli.fits.suit.misfit import Misfit, first_misfit, kernels_of, lower_factor, sized
 from tendon_cli.fits.suit.parameters import range_of
 from tendon_cli.fits.suit.stroke_parts import Parts
 from tendon_cli.fits.suit.suit_model import SuitModel
+from tendon_cli.quantities import QUANTITIES
+from tendon_cli.units import SI_UNIT
 
 _ROUNDS = 2
 """Rounds in which parameters and the sizes of the misfit are found in turn."""
 _TOLERANCE = 1e-7
 """Relative change at which the least squares end."""
 _MOST_STEPS = 40
+_THIRDS = 3
+
+
+@dataclass(frozen=True)
+class ChannelMisfit:
+    """Misfit of one channel."""
+
+    rms: float
+    """Root mean square of measured less fitted means, SI."""
+    unit: str
+    predicted_rms: float
+    """The same for parts that had no share in the fit, SI."""
+    share: float
+    """`predicted_rms` over the root mean square of the signal about its mean."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +66,7 @@ class SuitEstimate:
     @property
     def residual(self) -> Floats:
         """Measured less predicted, (channels, parts), SI."""
-        return np.asarray((self.measured - self.predicted).reshape(len(self.channels), -1))
+        return (self.measured - self.predicted).reshape(len(self.channels), -1)
 
     @cached_property
     def whitened(self) -> Floats:
@@ -60,7 +77,7 @@ class SuitEstimate:
     @cached_property
     def information(self) -> Floats:
         """Inverse of the covariance of the scores, prior included, (parameters, parameters)."""
-        return np.asarray(self.whitened.T @ self.whitened + np.eye(len(self.scores)))
+        return self.whitened.T @ self.whitened + np.eye(len(self.scores))
 
     @cached_property
     def covariance(self) -> Floats:
@@ -77,7 +94,7 @@ class SuitEstimate:
         """Half-width of a 95 % interval over the standard deviation, for few strokes."""
         from scipy.stats import t
 
-        return float(t.ppf(0.975, max(2, self.strokes - 2)))
+        return t.ppf(0.975, max(2, self.strokes - 2))
 
     def without(self, parts: Floats) -> tuple[Floats, Floats]:
         """Return scores and covariance as they are without some parts, to first order.
@@ -95,7 +112,7 @@ class SuitEstimate:
         information = slopes.T @ slopes + np.eye(len(self.scores))
         covariance = np.linalg.inv(information)
         change = covariance @ (slopes.T @ residual - self.scores)
-        return np.asarray(self.scores + change), np.asarray(covariance)
+        return self.scores + change, np.asarray(covariance)
 
 
 def measured(parts: Parts, channels: Sequence[str]) -> Floats:
@@ -179,4 +196,48 @@ def _least_squares(
         ftol=_TOLERANCE,
         max_nfev=_MOST_STEPS,
     )
-    return np.asarray(found.x)
+    return found.x
+
+
+def predicted_with(parts: Parts) -> tuple[Integers, str]:
+    """Return the group that each part is predicted with, and the groups' name."""
+    if len(np.unique(parts.log)) > 1:
+        return parts.log, "log"
+    _, rank = np.unique(parts.stroke, return_inverse=True)
+    # Strokes of both directions that follow each other belong together.
+    return (rank // 2) % _THIRDS, "third of the strokes"
+
+
+def channel_misfits(estimate: SuitEstimate) -> dict[str, ChannelMisfit]:
+    """Return the misfit of each channel, fitted and predicted from the other groups."""
+    parts = estimate.parts
+    groups, _ = predicted_with(parts)
+    predicted = np.empty((len(estimate.channels), len(parts)))
+    for group in np.unique(groups):
+        left_out = groups == group
+        scores = estimate.scores
+        if not left_out.all():
+            scores, _ = estimate.without(left_out)
+        shown = estimate.model.predict(scores[np.newaxis], parts, estimate.channels)[0]
+        predicted[:, left_out] = shown[:, left_out]
+    found = {}
+    for row, channel in enumerate(estimate.channels):
+        values = parts.values[channel]
+        away = values - predicted[row]
+        if channel == SPOOL_ANGLE:
+            # The zero of a log is known only from the log itself.
+            for log in np.unique(parts.log):
+                away[parts.log == log] -= away[parts.log == log].mean()
+        predicted_rms = _rms(away)
+        found[channel] = ChannelMisfit(
+            rms=_rms(estimate.residual[row]),
+            unit=SI_UNIT[QUANTITIES[channel].dimension],
+            predicted_rms=predicted_rms,
+            share=predicted_rms / _rms(values - values.mean()),
+        )
+    return found
+
+
+def _rms(values: Floats) -> float:
+    """Return a root mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))

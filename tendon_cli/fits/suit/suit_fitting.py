@@ -11,10 +11,9 @@ import numpy as np
 
 from tendon_cli.errors import InputError
 from tendon_cli.fits.given_logs import given_logs
-from tendon_cli.fits.log_rows import Floats
 from tendon_cli.fits.one_thread import one_thread
 from tendon_cli.fits.suit.fitted_numbers import fitted_numbers
-from tendon_cli.fits.suit.log_columns import SPOOL_ANGLE, Scaling
+from tendon_cli.fits.suit.log_columns import SPOOL_ANGLE
 from tendon_cli.fits.suit.parameters import (
     LOAD,
     inertia_of,
@@ -22,11 +21,21 @@ from tendon_cli.fits.suit.parameters import (
     numbers_of,
     sensors_of,
 )
-from tendon_cli.fits.suit.prediction import groups_of, misfits
-from tendon_cli.fits.suit.row_selection import Selection, cut, selected
-from tendon_cli.fits.suit.stroke_parts import AGAINST, SLACK, Parts
+from tendon_cli.fits.suit.stroke_parts import (
+    AGAINST,
+    SLACK,
+    Parts,
+    Selection,
+    selected,
+    strokes_of,
+)
 from tendon_cli.fits.suit.suit_checks import check_durations, check_log, check_motion, note_on_load
-from tendon_cli.fits.suit.suit_estimate import SuitEstimate, fitted
+from tendon_cli.fits.suit.suit_estimate import (
+    SuitEstimate,
+    channel_misfits,
+    fitted,
+    predicted_with,
+)
 from tendon_cli.fits.suit.suit_log import SuitLog, read_logs
 from tendon_cli.fits.suit.suit_model import SuitModel
 from tendon_cli.fits.suit.suit_remarks import fast_note, gear_note, warnings_of
@@ -46,7 +55,7 @@ _SAME_TURN = 0.2
 """Share by which the way of a turn may change between rounds."""
 
 
-def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[SuitEstimate, Selection]:
+def estimate_of(study: Study, logs: tuple[SuitLog, ...]) -> tuple[SuitEstimate, Selection]:
     """Return the estimate of a suit's numbers, and the rows that it rests on.
 
     Raises:
@@ -56,26 +65,35 @@ def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[SuitEstimate, Se
     numbers = numbers_of(study)
     for log in logs:
         check_log(study, log)
-    thin, every, strokes = cut(logs)
-    check_durations(thin, strokes)
-    has_time = all(log.time is not None for log in thin)
-    sensors = sensors_of(_joined(thin), len(thin), study, has_time=has_time)
-    loads = _stated_loads(thin)
-    if loads or is_exact(study, LOAD):
+    strokes = strokes_of(logs)
+    check_durations(logs, strokes)
+    has_time = all(log.time is not None for log in logs)
+    channels = {
+        name: np.concatenate([log.channels[name] for log in logs]) for name in logs[0].channels
+    }
+    sensors = sensors_of(channels, len(logs), study, has_time=has_time)
+    stated = [log.load_mass for log in logs if log.load_mass is not None]
+    if stated or is_exact(study, LOAD):
         numbers = [parameter for parameter in numbers if parameter.key != LOAD]
-    weighed = [] if is_exact(study, LOAD) else loads_of(loads)
+    weighed = []
+    if stated and not is_exact(study, LOAD):
+        weighed = loads_of(np.unique(np.concatenate(stated)).tolist())
     parameters = [*numbers, *weighed, *sensors]
     if has_time:
         parameters.append(inertia_of(study))
     model = SuitModel(study, parameters)
     middle = np.zeros(len(parameters))
-    selection = selected(thin, every, strokes, 0.0, 1.0)
-    check_motion(model, selection.parts, thin)
+    selection = selected(logs, strokes, 0.0, 1.0)
+    check_motion(model, selection.parts, logs)
     model = _with_zeros(model, selection.parts)
     turn = model.turn(middle, selection.parts)
     estimate: SuitEstimate | None = None
     for _ in range(_ROUNDS):
-        selection = selected(thin, every, strokes, turn, _spool_per_joint(selection.parts))
+        spool_per_joint = 1.0
+        if SPOOL_ANGLE in selection.parts.values:
+            spool = selection.parts.values[SPOOL_ANGLE]
+            spool_per_joint = abs(np.polyfit(selection.parts.angle, spool, 1)[0])
+        selection = selected(logs, strokes, turn, spool_per_joint)
         estimate = fitted(model, selection.parts, estimate)
         is_slack, is_back = model.set_aside(estimate.scores, selection.parts)
         is_left_out = is_slack | is_back
@@ -92,25 +110,6 @@ def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[SuitEstimate, Se
     return estimate, selection
 
 
-def _joined(logs: Sequence[SuitLog]) -> dict[str, Floats]:
-    """Return the channels of all logs, one after the other."""
-    return {name: np.concatenate([log.channels[name] for log in logs]) for name in logs[0].channels}
-
-
-def _stated_loads(logs: Sequence[SuitLog]) -> list[float]:
-    """Return the different loads that the logs state, kg."""
-    stated = [log.load_mass for log in logs if log.load_mass is not None]
-    return [] if not stated else np.unique(np.concatenate(stated)).tolist()
-
-
-def _spool_per_joint(parts: Parts) -> float:
-    """Return the way of the spool per way of the joint; 1 without the spool's angle."""
-    if SPOOL_ANGLE not in parts.values:
-        return 1.0
-    slope = np.polyfit(parts.angle, parts.values[SPOOL_ANGLE], 1)[0]
-    return float(abs(slope))
-
-
 def _with_zeros(model: SuitModel, parts: Parts) -> SuitModel:
     """Return the model with the zero of the spool's angle of each log near its measured one."""
     if SPOOL_ANGLE not in parts.values:
@@ -120,7 +119,7 @@ def _with_zeros(model: SuitModel, parts: Parts) -> SuitModel:
     parameters = list(model.parameters)
     for place, parameter in enumerate(parameters):
         if parameter.log is not None:
-            middle = float(np.mean(away[parts.log == parameter.log]))
+            middle = np.mean(away[parts.log == parameter.log])
             law = replace(parameter.law, middle=middle)
             parameters[place] = replace(parameter, law=law)
     return SuitModel(model.study, parameters)
@@ -150,22 +149,16 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
     0.084
     """
     checked = any_study(study)
-    sources = given_logs(logs)
-    section = checked.fit
-    constant = section.torque_constant
-    counts = section.counts_per_turn
-    scaling = Scaling(
-        None if constant is None else constant.single, None if counts is None else counts.single
-    )
-    read = read_logs(sources, section.columns.named, scaling)
+    read = read_logs(given_logs(logs), checked.fit)
     on_loads = [note for log in read for note in note_on_load(checked, log)]
     estimate, selection = estimate_of(checked, read)
     numbers = fitted_numbers(estimate)
     if not any(number.is_stated and number.learned >= _LEAST_LEARNED for number in numbers):
-        problem = "cannot tell: the logs narrow none of the numbers that the study asks for"
-        hint = "log the spool's angle and the motor's torque with two or more loads"
-        raise InputError(problem, where=read[0].source, hint=hint)
-    _, predicted_from = groups_of(selection.parts)
+        raise InputError(
+            "cannot tell: the logs narrow none of the numbers that the study asks for",
+            where=read[0].source,
+            hint="log the spool's angle and the motor's torque with two or more loads",
+        )
     notes = [*on_loads, *(note for log in read for note in log.notes)]
     notes += [*selection.notes, *fast_note(estimate), *gear_note(numbers)]
     window, doubts = fitted_window(estimate, numbers)
@@ -173,8 +166,8 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
         estimate=estimate,
         selection=selection,
         fitted=tuple(numbers),
-        misfits=tuple(misfits(estimate)),
-        predicted_from=predicted_from,
+        channels=channel_misfits(estimate),
+        predicted_from=predicted_with(selection.parts)[1],
         window=window,
         doubts=doubts,
         rests_on=rests_of(estimate, numbers),

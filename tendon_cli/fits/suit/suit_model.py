@@ -19,7 +19,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -40,6 +39,8 @@ from tendon_cli.studies.study import Study
 
 _LEAST_RATE = 0.1
 """Way of the spool per way of the joint, over its median, under which the spool hardly turns."""
+_NONE = np.zeros((1, 1))
+"""Value of an error of a sensor that is not fitted."""
 _STEP = 1e-5
 """Step of normal scores by which derivatives are taken."""
 
@@ -79,17 +80,17 @@ class SuitModel:
             scores: Normal scores, (sets, parameters).
 
         Returns:
-            Values, (sets,) each, by key.
+            Values, (sets, 1) each, by key.
         """
         return {
-            parameter.key: parameter.value(scores[:, place])
+            parameter.key: parameter.at(scores[:, place, np.newaxis])
             for place, parameter in enumerate(self.parameters)
         }
 
     def design(self, values: dict[str, Floats]) -> Design:
         """Return the designs of sets of parameters, each number (sets, 1, 1)."""
         numbers = {
-            parameter.key: values[parameter.key]
+            parameter.key: values[parameter.key][:, 0]
             for parameter in self.parameters
             if not parameter.is_sensor
         }
@@ -110,44 +111,37 @@ class SuitModel:
         """
         values = self.values(scores)
         design = self.design(values)
-        loads = self._loads(values, parts)
-        design = replace(design, load_mass=loads[:, np.newaxis])
+        loads = self._loads(values, parts)[..., np.newaxis, :]  # (sets or none, 1, parts)
+        design = replace(design, load_mass=loads)
         shown = parts.angle if angle is None else angle
-        zero = self._of(values, names.JOINT_ZERO)
-        gain = self._of(values, names.JOINT_GAIN)
-        true_angle = ((shown - zero) / (1.0 + gain))[:, np.newaxis]  # (sets, 1, parts)
+        zero = values.get(names.JOINT_ZERO, _NONE)
+        gain = values.get(names.JOINT_GAIN, _NONE)
+        true_angle = ((shown - zero) / (1.0 + gain))[:, np.newaxis]  # (sets or 1, 1, parts)
         flexion = parts.flexion[np.newaxis, np.newaxis]
         state = State.of(design, true_angle, flexion)
         smooth_flexor = replace(design.flexor, friction=0.0)
         smooth_extensor = replace(design.extensor, friction=0.0)
         resting = sheaths_of(smooth_flexor, smooth_extensor, design.setting.angle, flexion)
-        of_load = loads[:, np.newaxis] * np.square(design.arm.load_distance)
-        share = np.ones(1)
-        of_forearm = self._of(values, names.INERTIA_OF_FOREARM)
+        torque = np.asarray(state.other_torque)
+        of_load = loads * np.square(design.arm.load_distance)
         if names.INERTIA_SHARE in values:
-            share = self._of(values, names.INERTIA_SHARE)[:, np.newaxis]
-            of_forearm = np.full_like(of_forearm, names.usual_inertia(self.study))
-        torque = state.other_torque
-        if names.INERTIA_SHARE in values or names.INERTIA_OF_FOREARM in values:
-            inertia = share * (of_forearm[:, np.newaxis] + of_load)
+            inertia = names.usual_inertia(self.study) + of_load
+            share = values[names.INERTIA_SHARE][:, np.newaxis]
+            torque = torque + share * inertia * parts.acceleration
+        elif names.INERTIA_OF_FOREARM in values:
+            inertia = values[names.INERTIA_OF_FOREARM][:, np.newaxis] + of_load
             torque = torque + inertia * parts.acceleration
-        return replace(state, resting=resting, other_torque=np.asarray(torque))
-
-    def _of(self, values: dict[str, Floats], key: str) -> Floats:
-        """Return a parameter as (sets, 1); 0 if it is not among them."""
-        sets = len(next(iter(values.values())))
-        return np.asarray(values.get(key, np.zeros(sets)))[:, np.newaxis]
+        return replace(state, resting=resting, other_torque=torque)
 
     def _loads(self, values: dict[str, Floats], parts: Parts) -> Floats:
-        """Return the masses of the loads, (sets, parts)."""
-        sets = len(next(iter(values.values())))
-        of_study = values.get(names.LOAD, np.full(sets, self.load_of_study))
-        loads = np.where(np.isnan(parts.load), of_study[:, np.newaxis], parts.load)
+        """Return the masses of the loads, (sets, parts), or (parts,) if none is fitted."""
+        of_study = values.get(names.LOAD, self.load_of_study)
+        loads = np.where(np.isnan(parts.load), of_study, parts.load)
         for mass in np.unique(parts.load[~np.isnan(parts.load)]):
             key = f"load {mass:.4g} kg"
             if key in values:
-                loads = np.where(parts.load == mass, values[key][:, np.newaxis], loads)
-        return np.asarray(loads)
+                loads = np.where(parts.load == mass, values[key], loads)
+        return loads
 
     @property
     def load_of_study(self) -> float:
@@ -177,35 +171,29 @@ class SuitModel:
 
     def _shown(self, values: dict[str, Floats], parts: Parts, channel: str, state: State) -> Floats:
         """Return what the sensor of one channel shows, (sets, parts)."""
-        below, above = np.split(np.asarray(_column(state, channel))[:, 0], 2, axis=1)
+        below, above = np.split(_column(state, channel)[:, 0], 2, axis=1)
         mean = 0.5 * (below + above)
         rate = (above - below) / (2.0 * parts.spread) * parts.speed
         if channel == SPOOL_ANGLE:
-            delay = self._of(values, names.SPOOL_DELAY)
-            zero = self._zeros(values, parts)
-            play = 0.5 * self._of(values, BACKLASH) * parts.sign
-            return np.asarray(mean - delay * rate + zero + play)
+            delay = values.get(names.SPOOL_DELAY, _NONE)
+            play = 0.5 * values.get(BACKLASH, _NONE) * parts.sign
+            zeros = _NONE
+            for parameter in self.parameters:
+                if parameter.log is not None:
+                    zeros = zeros + values[parameter.key] * (parts.log == parameter.log)
+            return mean - delay * rate + zeros + play
         if channel == MOTOR_TORQUE:
-            delay = self._of(values, names.TORQUE_DELAY)
-            friction = self._of(values, names.GEAR_FRICTION) * parts.sign
-            gain = 1.0 + self._of(values, names.TORQUE_GAIN)
+            delay = values.get(names.TORQUE_DELAY, _NONE)
+            friction = values.get(names.GEAR_FRICTION, _NONE) * parts.sign
+            gain = 1.0 + values.get(names.TORQUE_GAIN, _NONE)
             torque = mean - delay * rate
             if names.GEAR_EFFICIENCY in values:
                 # A gear asks for more where the motor drives, and holds back where it is driven.
-                efficiency = self._of(values, names.GEAR_EFFICIENCY)
+                efficiency = values[names.GEAR_EFFICIENCY]
                 torque = torque * efficiency ** -np.sign(mean * parts.sign)
-            return np.asarray(gain * (torque + friction) + self._of(values, names.TORQUE_ZERO))
-        gain = 1.0 + self._of(values, f"{channel} gain")
-        return np.asarray(gain * mean + self._of(values, f"{channel} zero"))
-
-    def _zeros(self, values: dict[str, Floats], parts: Parts) -> Floats:
-        """Return the zero of the spool's angle in the log of each part, (sets, parts)."""
-        sets = len(next(iter(values.values())))
-        zeros = np.zeros((sets, len(parts)))
-        for parameter in self.parameters:
-            if parameter.key.startswith(names.SPOOL_ZERO):
-                zeros[:, parts.log == parameter.log] = values[parameter.key][:, np.newaxis]
-        return zeros
+            return gain * (torque + friction) + values.get(names.TORQUE_ZERO, _NONE)
+        gain = 1.0 + values.get(f"{channel} gain", _NONE)
+        return gain * mean + values.get(f"{channel} zero", _NONE)
 
     def jacobian(
         self, scores: Floats, parts: Parts, channels: Sequence[str]
@@ -224,7 +212,7 @@ class SuitModel:
         sets = stepped(scores, _STEP)
         shown = self.predict(sets, parts, channels).reshape(len(sets), -1)
         slopes = (shown[1:] - shown[0]) / _STEP
-        return shown[0], np.asarray(slopes.T)
+        return shown[0], slopes.T
 
     def set_aside(self, scores: Floats, parts: Parts) -> tuple[Mask, Mask]:
         """Return the parts that the model itself does not vouch for.
@@ -239,16 +227,16 @@ class SuitModel:
         """
         state = self.states(scores[np.newaxis], parts)
         tension = np.minimum(state.balance.flexor, state.balance.extensor)
-        is_taut = ~np.asarray(state.balance.is_slack) & np.isfinite(tension)
+        is_taut = ~state.balance.is_slack & np.isfinite(tension)
         coupling = state.coupling
         design = state.design
-        per_turn = np.asarray(design.flexor_radius) * (
+        per_turn = design.flexor_radius * (
             coupling.moment_arm / coupling.flexor_compliance
             + design.ratio * coupling.extensor_arm / coupling.extensor_compliance
         )
         rate = np.asarray(state.elbow_stiffness / per_turn)[0, 0]  # dα/dθ
         is_back = rate < _LEAST_RATE * np.nanmedian(rate)
-        return np.asarray(~is_taut[0, 0]), np.asarray(is_back)
+        return ~is_taut[0, 0], np.asarray(is_back)
 
     def turn(self, scores: Floats, parts: Parts) -> float:
         """Return the largest way of the spool until both sheaths have turned, rad."""
@@ -256,13 +244,13 @@ class SuitModel:
         turn = reversal(state, state.elbow_angle, parts.flexion)
         ways = np.fmax(turn.flexor.turn, turn.extensor.turn)
         found = ways[np.isfinite(ways)]
-        return float(np.quantile(found, 0.95)) if len(found) else 0.0
+        return np.quantile(found, 0.95) if len(found) else 0.0
 
 
-def _column(state: State, channel: str) -> Any:
+def _column(state: State, channel: str) -> Floats:
     """Return a channel of states."""
     if channel == "flexor_tension_distal":
-        return state.balance.flexor
+        return np.asarray(state.balance.flexor)
     if channel == "extensor_tension_distal":
-        return state.balance.extensor
-    return getattr(state, channel)
+        return np.asarray(state.balance.extensor)
+    return np.asarray(getattr(state, channel))

@@ -12,7 +12,7 @@ from tendon_cli.fits.log_rows import Floats
 from tendon_cli.fits.suit import parameters as names
 from tendon_cli.fits.suit.fitted_numbers import FittedNumber
 from tendon_cli.fits.suit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE
-from tendon_cli.fits.suit.row_selection import Selection
+from tendon_cli.fits.suit.stroke_parts import Selection
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate
 from tendon_cli.studies.fit_section import BACKLASH
 
@@ -88,7 +88,7 @@ def _doubts(estimate: SuitEstimate, numbers: Sequence[FittedNumber]) -> list[str
         number
         for number in numbers
         if " to " not in number.prior
-        and number.prior != "any"
+        and number.log is None
         and number.key not in _DELAY_OF.values()  # a delay is told and allowed for
     ]
     worst = max(known, key=lambda number: abs(number.score), default=None)
@@ -160,7 +160,7 @@ def _causes(estimate: SuitEstimate, row: int, channel: str) -> list[str]:
 
     def freed(columns: Floats) -> Floats:
         """Return columns less what the parameters can explain of them."""
-        return np.asarray(columns - slopes @ (projector @ (slopes.T @ columns)))
+        return columns - slopes @ (projector @ (slopes.T @ columns))
 
     total = float(freed(left[:, np.newaxis])[:, 0] @ left)
     explained = {}
@@ -249,7 +249,7 @@ def _number_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
     for number in numbers:
         is_range = " to " in number.prior
         far = _AT_END if is_range else _FAR
-        if number.prior == "any" or number.key in _NAMED_ALONE or abs(number.score) < far:
+        if number.log is not None or number.key in _NAMED_ALONE or abs(number.score) < far:
             continue
         value = number.text(number.value)
         where = f"{value}, {abs(number.score):.1f} standard deviations from {number.prior}: measure"
@@ -289,7 +289,7 @@ def _sensor_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
     gain = by_key.get(names.TORQUE_GAIN)
     loads = [number for number in numbers if number.unit == "kg" and number.is_sensor]
     if gain is not None and loads:
-        heavier = [number.value / names.stated_load(number.key) - 1.0 for number in loads]
+        heavier = [number.value / number.law.middle - 1.0 for number in loads]
         more = gain.value + float(np.mean(heavier))
         if abs(more) > _MORE_TORQUE:
             way = "more" if more > 0.0 else "less"

@@ -21,6 +21,8 @@ from tendon_cli.fits.suit.parameters import loads_of_study
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate
 from tendon_cli.fits.suit.suit_model import SuitModel, stepped
 from tendon_cli.model.actuator import State
+from tendon_cli.model.bounds import Bounds
+from tendon_cli.model.window import ends_of_states
 from tendon_cli.space.axis import PRETENSION
 
 _STEP = 1e-4
@@ -60,11 +62,6 @@ class Doubt:
     """Share of the variance of the nearer end of the window that would go if it were known."""
     advice: str
 
-    @property
-    def record(self) -> dict[str, Any]:
-        """The doubt as plain JSON values."""
-        return {"key": self.key, "share": self.share, "advice": self.advice}
-
 
 def window_ends(model: SuitModel, scores: Floats, loads: Floats) -> Floats:
     """Return both ends of the window without slack and instability of suits, F0 in N.
@@ -86,18 +83,9 @@ def window_ends(model: SuitModel, scores: Floats, loads: Floats) -> Floats:
     largest = []
     for load in loads:
         state = State.of(replace(design, load_mass=load), angles, flexion)
-        response = state.response
-        least.append(response.required.max(axis=(1, 2)))
-        flexor_slope, extensor_slope = state.arm_slopes
-        at_required = (
-            state.held_stiffness[0]
-            - response.flexor_floor * flexor_slope
-            + response.extensor_floor * extensor_slope
-        )
-        fall = response.flexor_gain * flexor_slope - response.extensor_gain * extensor_slope
-        with np.errstate(divide="ignore", invalid="ignore"):
-            reach = np.where(fall > 0.0, response.required + at_required / fall, np.inf)
-        largest.append(reach.min(axis=(1, 2)))
+        ends = ends_of_states(state, Bounds())
+        least.append(ends.low.max(axis=(1, 2)))
+        largest.append(ends.high.min(axis=(1, 2)))
     return np.stack([np.max(least, axis=0), np.min(largest, axis=0)], axis=-1)
 
 
@@ -120,14 +108,14 @@ class FittedWindow:
 
     @property
     def record(self) -> dict[str, Any]:
-        """The window as plain JSON values; null without an end."""
+        """The window by the names of JSON."""
         return {
-            "from": _finite(self.low),
-            "to": _finite(self.high),
+            "from": self.low,
+            "to": self.high,
             "pretension": self.pretension,
-            "margin": _finite(self.margin),
-            "margin_std": _finite(self.margin_std),
-            "loads": list(self.loads),
+            "margin": self.margin,
+            "margin_std": self.margin_std,
+            "loads": self.loads,
         }
 
     @property
@@ -154,11 +142,6 @@ class FittedWindow:
         return f"a pretension of {span} {keeps}; {where}{only}"
 
 
-def _finite(value: float) -> float | None:
-    """Return a number; None if it is none or infinite."""
-    return value if math.isfinite(value) else None
-
-
 def loads_judged(estimate: SuitEstimate) -> Floats:
     """Return the different loads of the logs and of the study, which the window must suit, kg."""
     of_logs = estimate.parts.load
@@ -180,7 +163,7 @@ def fitted_window(
     sets = stepped(estimate.scores, _STEP)
     ends = window_ends(model, sets, loads)
     low, high = (float(end) for end in ends[0])
-    pretension = model.values(sets)[PRETENSION]
+    pretension = model.values(sets)[PRETENSION][:, 0]
     above = pretension - ends[:, 0]
     below = ends[:, 1] - pretension
     is_upper = bool(below[0] < above[0])
@@ -228,7 +211,7 @@ def doubts_in(
     found = []
     for place in np.argsort(-shares).tolist():
         key = numbers[place].key
-        is_asked = key != PRETENSION and numbers[place].prior != "any"
+        is_asked = key != PRETENSION and numbers[place].log is None
         if is_asked and shares[place] >= _LEAST_SHARE:
             found.append(Doubt(key, float(shares[place]), advice_on(key)))
     return found
