@@ -26,7 +26,7 @@ from tendon_cli.units import described
 
 if TYPE_CHECKING:
     from tendon_cli.answers.answer import Answer
-    from tendon_cli.checks.comparison import Comparison
+    from tendon_cli.checks.compare import Comparison
     from tendon_cli.engine.cost import Estimate
     from tendon_cli.figures.backend import Figure
     from tendon_cli.figures.frame import Page
@@ -447,7 +447,7 @@ def write_comparison(comparison: Comparison, out: FileName, *, overwrite: bool =
         UsageError: The file exists and is not a page that tendon wrote.
         OutputError: The page cannot be written.
     """
-    from tendon_cli.checks.comparison_text import verdict_words
+    from tendon_cli.checks.compare_text import verdict_words
     from tendon_cli.cube.cube import choices_of
     from tendon_cli.figures.side_by_side import maps_on_one_scale
     from tendon_cli.reports.text_page import Picture, write_text_page

@@ -65,7 +65,7 @@ def answer_page(
             word = "table" if len(tables) == 1 else "tables"
             rest = f"all else from the {word} {say.join_words(tables)}, or by default"
         lines.append(f"With {', '.join(given)}; {rest}.")
-    name = record["title"] or record["name"]
+    name = record.title or record.name
     size: dict[str, Any] = {"width": width, "height": height}
     whole = f"{name}: {title}"
     return framed(whole, panels, key, lines, study=source_of(record), subtitle=subtitle, **size)
@@ -73,7 +73,7 @@ def answer_page(
 
 def _bench_text(record: AnswerRecord) -> list[str]:
     """Say to which tensions the best choice is set, and how far this may be off, if known."""
-    best = record["best"]
+    best = record.best
     if best is None or not gauge_text(record, best):
         return []
     joint = gauge_text(record, best)
@@ -81,17 +81,17 @@ def _bench_text(record: AnswerRecord) -> list[str]:
     at_motor = ""
     if None not in motor:
         texts = [
-            say.quantity(f"{name}_motor", value, record["question"].setting_digits)
+            say.quantity(f"{name}_motor", value, record.question.setting_digits)
             for name, value in zip(_GAUGES, motor, strict=True)
         ]
         at_motor = f", {' and '.join(texts)} at the motor"
     lines = [f"The best is set to {joint}, both at the joint{at_motor}."]
-    setting = record["setting"]
-    if setting is not None and setting["too_long"] is not None:
-        longer = say.length_to_spare(setting["too_long"])
+    setting = record.setting
+    if setting is not None and setting.too_long is not None:
+        longer = say.length_to_spare(setting.too_long)
         shorter = "by any length"
-        if setting["too_short"] is not None:
-            shorter = f"by {say.length_to_spare(setting['too_short'])}"
+        if setting.too_short is not None:
+            shorter = f"by {say.length_to_spare(setting.too_short)}"
         lines.append(f"Both tendons may be too long by {longer}, or too short {shorter}.")
     return lines
 
@@ -105,13 +105,13 @@ def gauge_text(record: AnswerRecord, choice: ChoiceRecord) -> str:
     values = [value_of(choice, name) for name in _GAUGES]
     if None in values:
         return ""
-    digits = record["question"].setting_digits
+    digits = record.question.setting_digits
     flexor, extensor = (
         say.quantity(name, value, digits) for name, value in zip(_GAUGES, values, strict=True)
     )
-    pretension = choice["pretension"]
+    pretension = choice.pretension
     behind = ""
-    if pretension is not None and record["question"]["read"] == "pretension":
+    if pretension is not None and record.question.read == "pretension":
         behind = f" (F₀ = {say.quantity('pretension', pretension, digits)})"
     return f"{flexor} in the flexor, {extensor} in the extensor{behind}"
 
@@ -120,8 +120,8 @@ def set_text(cube: Cube, record: AnswerRecord, choice: ChoiceRecord) -> str:
     """Describe a choice by its values, and say what the gauges show, or else what is read."""
     text = choice_text(cube, choice)
     set_to = gauge_text(record, choice)
-    if not set_to and choice["pretension"] is not None:
-        value = f"{say.number(choice['pretension'])} {reading_unit(cube.document)}"
+    if not set_to and choice.pretension is not None:
+        value = f"{say.number(choice.pretension)} {reading_unit(cube.document)}"
         words = reading(cube.document)
         set_to = f"F₀ = {value}" if words == "pretension" else f"{value} of {words}"
     return ": ".join(part for part in (text, set_to) if part)
@@ -140,17 +140,17 @@ def is_settable(record: AnswerRecord, length: ColumnArray, half: ColumnArray) ->
         length: Tolerances as a length of both tendons, m; infinite without an upper end.
         half: Half the windows, N.
     """
-    question = record["question"]
-    accuracy = question["accuracy"]
+    question = record.question
+    accuracy = question.accuracy
     with np.errstate(invalid="ignore"):
-        if accuracy["tension"] is not None:
-            return np.asarray(half >= question["needed"] * accuracy["tension"])
-        return np.asarray(length >= question["needed"] * (accuracy["length"] or 0.0))
+        if accuracy.tension is not None:
+            return np.asarray(half >= question.needed * accuracy.tension)
+        return np.asarray(length >= question.needed * (accuracy.length or 0.0))
 
 
 def settable_label(record: AnswerRecord) -> str:
     """Say what it takes to be set well enough: "can be set well enough (± 6 mm)"."""
-    return f"can be set well enough (± {say.tolerance_that_is_enough(record['question'])})"
+    return f"can be set well enough (± {say.tolerance_that_is_enough(record.question)})"
 
 
 def choice_text(cube: Cube, choice: ChoiceRecord) -> str:

@@ -124,9 +124,9 @@ def draw_tolerance(
         settable = is_settable(record, length, 0.5 * (high - low))
     if longest is None:
         longest = float(np.max(length[has_window & np.isfinite(length)], initial=0.0))
-    decided = record["decided"]
+    decided = record.decided
     if longest == 0.0 and decided is not None:
-        longest = decided["needed"]
+        longest = decided.needed
     most = 1e3 * longest or 1.0
     values = np.where(has_window, np.minimum(1e3 * length, most), np.nan)
     reasons = conflicts_of(read, cube.limits)
@@ -160,7 +160,7 @@ def draw_served(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list[
         The pages; none if there are not two axes, or if the answer is not for a population.
     """
     axes = axes_of_choices(cube)
-    if axes is None or record["population"] is None:
+    if axes is None or record.population is None:
         return []
     grid, read = grid_of_choices(cube, axes)
     percent = 100.0 * read["served"]
@@ -203,8 +203,8 @@ def _draw_map(
 
 def _star_at(grid: PanelGrid, chosen: ChoiceRecord) -> tuple[int, float, float] | None:
     """Return where the choice named first stands: its panel, and its place there."""
-    places = np.argwhere(grid.rows == chosen["choice"])
-    if not chosen["feasible"] or not len(places):
+    places = np.argwhere(grid.rows == chosen.choice)
+    if not chosen.feasible or not len(places):
         return None
     panel, row, column = (int(place) for place in places[0])
     return panel, float(grid.x.places[column]), float(grid.y.places[row])

@@ -22,7 +22,6 @@ from tendon_cli.answer_record import (
     SobolRecord,
     as_read,
     population_of,
-    value_of,
 )
 from tendon_cli.cube.choice_grid import pretension_name, upper_ends
 from tendon_cli.cube.labels import plain, with_symbols
@@ -77,7 +76,7 @@ def draw_population(
     if name == "how_sure":
         with house_style():
             return [how_sure(as_read(record))]
-    kind = "persons" if "person" in population_of(record)["counts"] else "draws"
+    kind = "persons" if "person" in population_of(record).counts else "draws"
     table = open_table(folder / f"{kind}.parquet", by_name(known)).read()
     rows = {name: as_numpy(table.column(name)) for name in table.column_names}
     if record.question.shows_own_f0 and record.best is not None:
@@ -88,7 +87,7 @@ def draw_population(
 
 def _reading_name(record: AnswerRecord) -> str:
     """Return the label of what is set, without its unit."""
-    return pretension_name({"setting": {"read": record["question"]["read"]}})
+    return pretension_name({"setting": {"read": record.question.read}})
 
 
 def _on_gauge(best: ChoiceRecord, pretensions: Values) -> Values:
@@ -117,26 +116,26 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
         rows: Table of persons, or of draws, by column.
     """
     population = population_of(record)
-    pretension = _nan_if_null(population["pretension"])
-    kind = "draws" if population["kind"] == "draws" else "persons"
+    pretension = _nan_if_null(population.pretension)
+    kind = "draws" if population.kind == "draws" else "persons"
     low = rows["pretension_from"]
     high = upper_ends(low, rows["pretension_to"])
-    is_served = rows["served"] >= min(1.0, record["serve"]) - 1e-9
-    band_low, band_high = map(_nan_if_null, population["window"])
+    is_served = rows["served"] >= min(1.0, record.serve) - 1e-9
+    band_low, band_high = map(_nan_if_null, population.window)
     band = (band_low, band_high)
     has_bodies = "weight" in rows and len(low) >= _FEWEST_BODIES
-    reasons = population["not_served"][:_MOST_REASONS] if has_bodies else []
+    reasons = population.not_served[:_MOST_REASONS] if has_bodies else []
     styles = [_reason_style(place) for place in range(len(reasons))]
     key = _window_key(low, high, is_served)
     if np.isfinite(band).all():
-        label = f"between these lines at least {say.percent(record['serve'])} of them are served"
+        label = f"between these lines at least {say.percent(record.serve)} of them are served"
         key.append(Line2D([], [], label=label, **_LIMIT))
-    best = record["best"]
+    best = record.best
     if best is not None and gauge_text(record, best):
         label = f"set: {gauge_text(record, best)}"
         key.append(Line2D([], [], color=INK, linewidth=0.9, label=label))
     for reason, style in zip(reasons, styles, strict=True):
-        key.append(Line2D([], [], label=with_symbols(reason["text"], width=60, lines=2), **style))
+        key.append(Line2D([], [], label=with_symbols(reason.text, width=60, lines=2), **style))
     unbalanced = int(np.isnan(low).sum())
     notes = []
     if unbalanced:
@@ -148,13 +147,13 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
         notes.append(
             f"Shown: {_MOST_LINES:,} of {balanced:,} windows, evenly spaced in their order."
         )
-    page = framed(population["title"], 68.0, key, notes, study=source_of(record), is_of_answer=True)
+    page = framed(population.title, 68.0, key, notes, study=source_of(record), is_of_answer=True)
     shape: dict[str, Any] = {"ncols": 2, "width_ratios": [1.5, 1.0]} if has_bodies else {}
     panels = page.figure.subplots(1, squeeze=False, **shape)[0]
     set_to = _setting_text(record, pretension)
     _draw_windows(panels[0], low, high, is_served, band, pretension, set_to)
     name = _reading_name(record)
-    panels[0].set_ylabel(f"{name} ({record['question']['unit']})")
+    panels[0].set_ylabel(f"{name} ({record.question.unit})")
     if len(low) > 1:
         read = name.partition(" in the ")[0]
         panels[0].set_xlabel(f"{kind}, sorted by the least {read} they need (%)")
@@ -213,9 +212,9 @@ def _draw_bodies(
         styles: Marker of each group.
     """
     deviations = dict.fromkeys(_USUAL, 0.0)
-    for reason in population["not_served"]:
-        for name, body in reason["bodies"].items():
-            weighted = reason["share"] * abs(body["deviations"])
+    for reason in population.not_served:
+        for name, body in reason.bodies.items():
+            weighted = reason.share * abs(body.deviations)
             deviations[name] = deviations.get(name, 0.0) + weighted
     names = sorted(deviations, key=lambda name: -deviations[name])[:2]
     x, y = (rows[name] / say.factor_of(QUANTITIES[name]) for name in names)
@@ -240,8 +239,8 @@ def members(rows: Table, reason: ReasonRecord, pretension: float) -> npt.NDArray
     """
     low = rows["pretension_from"]
     high = rows["pretension_to"]
-    limits = reason["limits"]
-    needs = reason["needs"]
+    limits = reason.limits
+    needs = reason.needs
     with np.errstate(invalid="ignore"):
         has_window = ~np.isnan(low) & ~(low > high)
         if needs == "more":
@@ -256,7 +255,7 @@ def members(rows: Table, reason: ReasonRecord, pretension: float) -> npt.NDArray
 
 def _setting_text(record: AnswerRecord, pretension: float) -> str:
     """Say a pretension that is set by the digits of the answer, such as "36.4 N"."""
-    question = record["question"]
+    question = record.question
     return f"{say.number(pretension, question.setting_digits)} {question.unit}"
 
 
@@ -327,48 +326,48 @@ def how_sure(record: AnswerRecord) -> Page:
     Next to it Sobol indices are drawn as bars, if the record has them.
     """
     population = population_of(record)
-    ends = population["sobol"]
-    enough = f"enough: {100.0 * record['serve']:g} %"
+    ends = population.sobol
+    enough = f"enough: {100.0 * record.serve:g} %"
     key: list[Any] = [Line2D([], [], label=enough, **_ENOUGH)]
     if ends:
         key += [Patch(facecolor=colour, label=label) for label, colour in _INDICES.values()]
-    page = framed(population["title"], 66.0, key, study=source_of(record), is_of_answer=True)
+    page = framed(population.title, 66.0, key, study=source_of(record), is_of_answer=True)
     widths = [1.6, *[1.0] * len(ends)]
     panels = page.figure.subplots(1, len(widths), width_ratios=widths, squeeze=False)[0]
     _draw_probability(panels[0], record)
     for place, (axes, end) in enumerate(zip(panels[1:], ends, strict=True)):
-        _draw_bars(axes, end, record["question"]["unit"], with_names=place == 0)
+        _draw_bars(axes, end, record.question.unit, with_names=place == 0)
     return page
 
 
 def _draw_bars(axes: Axes, end: SobolRecord, unit: str, *, with_names: bool) -> None:
     """Draw the Sobol indices of one end of the window, in per cent of its variance."""
-    inputs = end["inputs"].values()
+    inputs = end.inputs.values()
     place = np.arange(len(inputs), dtype=np.float64)[::-1]
     for shift, (order, (_, colour)) in zip((0.2, -0.2), _INDICES.items(), strict=True):
-        share = np.array([value_of(item, order) for item in inputs])
-        error = np.array([value_of(item, f"{order}_standard_error") for item in inputs])
+        share = np.array([getattr(item, order) for item in inputs])
+        error = np.array([getattr(item, f"{order}_standard_error") for item in inputs])
         style: dict[str, Any] = {"color": colour, "error_kw": {"elinewidth": 0.7, "capsize": 1.5}}
         axes.barh(place + shift, 100 * share, 0.36, xerr=196 * error, **style)
-    names = [plain(item["name"], width=18) if with_names else "" for item in inputs]
+    names = [plain(item.name, width=18) if with_names else "" for item in inputs]
     axes.set_yticks(place, names)
     axes.set(xlabel="share of its variance (%)")
     axes.set_xlim(left=0.0)
-    which = "lower" if end["end"] == "pretension_from" else "upper"
-    deviation = say.number(end["standard_deviation"], 2)
+    which = "lower" if end.end == "pretension_from" else "upper"
+    deviation = say.number(end.standard_deviation, 2)
     axes.set_title(plain(f"{which} end, ± {deviation} {unit}"), loc="left")
 
 
 def _draw_probability(axes: Axes, record: AnswerRecord) -> None:
     """Draw the probability that a pretension is in the window, and the pretension chosen."""
     population = population_of(record)
-    curve = population["curve"]
-    pretension = np.array(curve["pretension"])
-    share = 100 * np.array(curve["share"])
-    low = 100 * np.array(curve["low"])
-    high = 100 * np.array(curve["high"])
-    chosen = _nan_if_null(population["pretension"])
-    enough = 100 * record["serve"]
+    curve = population.curve
+    pretension = np.array(curve.pretension)
+    share = 100 * np.array(curve.share)
+    low = 100 * np.array(curve.low)
+    high = 100 * np.array(curve.high)
+    chosen = _nan_if_null(population.pretension)
+    enough = 100 * record.serve
     axes.fill_between(pretension, low, high, step="post", color=_CURVE, alpha=0.22, linewidth=0.0)
     axes.plot(pretension, share, drawstyle="steps-post", color=_CURVE)
     axes.axhline(enough, **_ENOUGH)
@@ -385,4 +384,4 @@ def _draw_probability(axes: Axes, record: AnswerRecord) -> None:
         axes.set_xlim(pretension[0], pretension[-1])
     axes.set_ylim(0.0, 104.0)
     axes.set_ylabel("share in the window (%), 95 % band")
-    axes.set_xlabel(f"{_reading_name(record)} ({record['question']['unit']})")
+    axes.set_xlabel(f"{_reading_name(record)} ({record.question.unit})")

@@ -9,7 +9,7 @@ import pytest
 import tendon_cli as tendon
 from tendon_cli.answers import paired
 from tendon_cli.answers.paired import paired_interval, unpaired_interval
-from tendon_cli.checks.comparison import labels_of
+from tendon_cli.checks.compare import labels_of
 from tendon_cli.errors import FolderError, InputError, UsageError
 from tendon_cli.model.limits import LIMIT_NAMES
 from tests.check.conftest import ANSWERED, STUDY, swept
