@@ -19,7 +19,6 @@ from tendon_cli import say
 from tendon_cli.answer_record import FixRecord, PartRecord, RelaxationRecord
 from tendon_cli.answers.notes import note_on_judges, note_on_remedies
 from tendon_cli.answers.question_facts import choice_values
-from tendon_cli.answers.verified_record import fresh_record, verified_record
 from tendon_cli.model.kinematics import Array, Flags, Rows, Spline
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.space.axis import LIMIT, NamedAxis, evenly_spaced, limit_of
@@ -38,7 +37,7 @@ from tendon_cli.windows.question import (
 )
 from tendon_cli.windows.solutions import Solutions, solve
 from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.verification import Verified, Verifier
+from tendon_cli.windows.verification import Verified, Verifier, fresh_record
 
 PARAMETERS = {
     "spring.stiffness": (200.0, 5e4),
@@ -410,7 +409,7 @@ def _fix(question: Question, key: str, before: float, found: Least | None) -> Fi
         max_contact_pressure=finite_or_none(worst.max_contact_pressure[0]),
         printed=found.text,
         printed_pretension=found.pretension,
-        served_verified=None if found.judged is None else verified_record(found.judged),
+        served_verified=None if found.judged is None else found.judged.record,
         nearest=_nearest_part(question, key, found.value),
     )
 
@@ -463,5 +462,5 @@ def _relaxation(solver: Solver, change: Change, found: Least | None) -> Relaxati
         pretension=float(first.pretension[0]),
         printed_pretension=found.pretension,
         served=float(first.served_at[0]) if counts else None,
-        served_verified=None if found.judged is None else verified_record(found.judged),
+        served_verified=None if found.judged is None else found.judged.record,
     )

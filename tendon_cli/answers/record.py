@@ -47,7 +47,6 @@ from tendon_cli.answers.question_facts import (
 )
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.setup import drift_record, setting_record
-from tendon_cli.answers.verified_record import fresh_record
 from tendon_cli.engine.cutoff_check import check_of_designs
 from tendon_cli.engine.plan import columns_of_motion
 from tendon_cli.model.kinematics import Array, Rows
@@ -68,7 +67,7 @@ from tendon_cli.windows.question import (
 from tendon_cli.windows.solutions import Solutions, solve_windows
 from tendon_cli.windows.solver import Solver
 from tendon_cli.windows.study_arm import as_read
-from tendon_cli.windows.verification import Verified, Verifier
+from tendon_cli.windows.verification import Verified, Verifier, fresh_record
 
 _MOST_LISTED = 100
 """Most pretensions of a list that are judged one by one."""
