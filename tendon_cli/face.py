@@ -448,7 +448,7 @@ def write_comparison(comparison: Comparison, out: FileName, *, overwrite: bool =
         OutputError: The page cannot be written.
     """
     from tendon_cli.checks.compare_text import verdict_words
-    from tendon_cli.cube.cube import choices_of
+    from tendon_cli.cube.cube import cube_in
     from tendon_cli.figures.side_by_side import maps_on_one_scale
     from tendon_cli.reports.text_page import Picture, write_text_page
 
@@ -460,7 +460,7 @@ def write_comparison(comparison: Comparison, out: FileName, *, overwrite: bool =
     except UsageError as error:
         pictures.append(Picture(f"No figure: {error.message}", b""))
     answers = [result for result in comparison.results if not isinstance(result, Run)]
-    cubes = [choices_of(TableInMemory(one.table("choices")), one.study) for one in answers]
+    cubes = [cube_in(one, "choices") for one in answers]
     pages = maps_on_one_scale(cubes, [one.record for one in answers], **size)
     for side, of_answer in zip(comparison.sides, pages, strict=False):
         if of_answer is not None:
@@ -487,7 +487,7 @@ def page_of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) -
     Raises:
         UsageError: The answer has no such figure, or an option is given.
     """
-    from tendon_cli.cube.cube import choices_of
+    from tendon_cli.cube.cube import cube_in
     from tendon_cli.figures.answer_figures import FIGURES, answer_figure
 
     check_options("plot", how, _OF_PLOT)
@@ -495,7 +495,7 @@ def page_of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) -
         if name not in FIGURES:
             hint = hint_at_nearest(name, FIGURES) or ", ".join(FIGURES)
             raise UsageError(f"an answer has no figure {described(name)}", hint=hint)
-    choices = choices_of(TableInMemory(answer.table("choices")), answer.study)
+    choices = cube_in(answer, "choices")
     for name in what or FIGURES:
         page = answer_figure(name, choices, answer.record)
         if page is not None:

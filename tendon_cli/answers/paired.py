@@ -97,6 +97,10 @@ def paired_shares(
     reason = _why_other_sample(questions[0].study, questions[1].study)
     if reason is not None:
         return reason
+    # A suit that takes longer to judge asks fewer of the same members.
+    members = min(len(first.sample), len(second.sample))
+    first = first.thinned(members)
+    second = second.thinned(members)
     pretensions = [float(choice.pretension or 0.0) for choice in choices]
     points = [
         question.points(np.array([choice.choice]))

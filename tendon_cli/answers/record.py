@@ -35,12 +35,12 @@ from tendon_cli.answers.notes import (
     PROOF_METHOD,
     note_on_motion,
     note_without_fresh_sample,
+    notes_of,
     scope_words,
 )
 from tendon_cli.answers.question_facts import (
     condition_values,
     goal_record,
-    notes_of,
     question_record,
     value_at,
     with_named_rows,

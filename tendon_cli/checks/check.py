@@ -22,7 +22,7 @@ from tendon_cli.checks.check_text import (
     finite,
     verdict_text,
 )
-from tendon_cli.cube.cube import cube_of
+from tendon_cli.cube.cube import cube_in
 from tendon_cli.cube.room import designs_at
 from tendon_cli.engine.results import AnyResult, Run, folder_of, open_result
 from tendon_cli.model.actuator import State
@@ -87,7 +87,7 @@ def check_run(run: Run, worst: int) -> CheckResult:
 
     The `worst` of the breaches are listed with their states.
     """
-    cube = cube_of(run.kept("designs"), run.study)
+    cube = cube_in(run, "designs")
     table: Any = cube.table
     wanted = ["design", *columns_that_judge(cube)]
     names = [name for name in wanted if name in table.schema.names]

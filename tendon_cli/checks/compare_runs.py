@@ -20,13 +20,12 @@ from tendon_cli.checks.compared import (
     judge,
 )
 from tendon_cli.checks.table_pair import FLAGS, TablePair
-from tendon_cli.cube.cube import Cube, cube_of
+from tendon_cli.cube.cube import cube_in
 from tendon_cli.engine.results import Run
 from tendon_cli.errors import UsageError
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.quantities import QUANTITIES, unit_of_reading
 from tendon_cli.studies.study_differences import Difference
-from tendon_cli.tables.read import TableInMemory
 from tendon_cli.tables.schema import finite_or_none
 
 
@@ -52,7 +51,7 @@ def compare_runs(
         hint = "`tendon design` answers for choices"
         raise UsageError("runs have no choices to compare", where="--choice", hint=hint)
     first, second = (_side(run, label) for run, label in zip(runs, labels, strict=True))
-    cubes = [_cube(run, "designs") for run in runs]
+    cubes = [cube_in(run, "designs") for run in runs]
     try:
         pairs = [TablePair.of(*cubes)]
     except UsageError as error:
@@ -61,7 +60,7 @@ def compare_runs(
     left_out = dict(pairs[0].left_out)
     has_states = ["states" in run.record["study"]["output"]["tables"] for run in runs]
     if all(has_states):
-        pairs.append(TablePair.of(*(_cube(run, "states") for run in runs)))
+        pairs.append(TablePair.of(*(cube_in(run, "states") for run in runs)))
         left_out |= pairs[1].left_out
     elif any(has_states):
         owner = "the first" if has_states[0] else "the second"
@@ -93,16 +92,9 @@ def compare_runs(
     )
 
 
-def _cube(run: Run, table: str) -> Cube:
-    """Return a table of a run, in its folder or in memory."""
-    if run.folder is None:
-        return cube_of(TableInMemory(run.table(table)), run.study)
-    return cube_of(run.kept(table), run.study)
-
-
 def pair_of_designs(runs: tuple[Run, Run]) -> TablePair:
     """Match the designs of two runs; raises UsageError if they have none in common."""
-    return TablePair.of(*(_cube(run, "designs") for run in runs))
+    return TablePair.of(*(cube_in(run, "designs") for run in runs))
 
 
 def _side(run: Run, label: str) -> ComparedResult:

@@ -20,7 +20,7 @@ from tendon_cli.answer_record import (
     value_of,
 )
 from tendon_cli.cube.columns import column_named
-from tendon_cli.cube.cube import Cube, CubeAsRead, choices_of
+from tendon_cli.cube.cube import Cube, CubeAsRead, cube_of
 from tendon_cli.cube.labels import ColumnLabel, plain
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.answer_page import (
@@ -85,7 +85,7 @@ def draw_answer(
     """
     files: list[str] = []
     faults: list[str] = []
-    cube = choices_of(open_table(folder / "choices.parquet", by_name(record)), study)
+    cube = cube_of(open_table(folder / "choices.parquet", by_name(record)), study, ("choices",))
     for name, draw in _figures(folder, cube, record).items():
         try:
             files += [file.name for file in save_pages(numbered(draw(), out / f"{name}.png"))]

@@ -12,7 +12,7 @@ from tendon_cli import say
 from tendon_cli.answer_record import AnswerRecord, as_answer, value_of
 from tendon_cli.cube.choice_grid import conflicts_of, over_motion, position, pretension_name
 from tendon_cli.cube.columns import ColumnArray
-from tendon_cli.cube.cube import Cube, CubeAsRead, choices_of
+from tendon_cli.cube.cube import Cube, CubeAsRead, cube_in
 from tendon_cli.cube.labels import ColumnLabel
 from tendon_cli.cube.outcomes import BEYOND, EXTENSOR_SLACK, NO_EQUILIBRIUM, TAUT, UNSTABLE
 from tendon_cli.engine.results import Result
@@ -102,8 +102,7 @@ _WORDS = ("from_by", "to_by")
 def design_page(answer: Result, most: int) -> str:
     """Return the page of an answer with at most so many choices, and the best one."""
     record = as_answer(answer.record)
-    table = answer.kept("choices")
-    cube = choices_of(table, answer.study)
+    cube = cube_in(answer, "choices")
     on_gauge = CubeAsRead.of(cube) if record.question.shows_own_f0 else cube
     axes = page_axes(cube, most, _places_of_best(record, cube.axes))
     positions = {axis.axis.column: axis.positions for axis in axes}

@@ -7,7 +7,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.answers import choices as choices_module
-from tendon_cli.answers.question_facts import notes_of
+from tendon_cli.answers.notes import notes_of
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solutions import solve
