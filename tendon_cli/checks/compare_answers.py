@@ -308,7 +308,8 @@ def _judge(name: str, pair: Pair) -> Judgement | None:
     better = better_of(name)
     before, now = (one.numbers[name] for one in pair)
     if better < 0 and before is not None and now is not None:
-        before, now = abs(before), abs(now)
+        before = abs(before)
+        now = abs(now)
     return judge(better, before, now)
 
 
@@ -362,8 +363,10 @@ def _served(pair: Pair, paired: PairedShares | None) -> Number:
     (a, of_a), (b, of_b) = (_share(one) for one in pair)
     interval = None
     if paired is not None:
-        a, of_a = paired.first, paired.of_first
-        b, of_b = paired.second, paired.of_second
+        a = paired.first
+        b = paired.second
+        of_a = paired.of_first
+        of_b = paired.of_second
         interval = paired.interval
     fresh = [one.record.verified_by for one in pair]
     counted = {

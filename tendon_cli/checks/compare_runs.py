@@ -115,15 +115,15 @@ def _numbers(pair: TablePair) -> Iterator[Number]:
         row = int(np.argmax(difference(*columns, is_flag=is_flag)))
         better = better_of(name) if pair.kind == "designs" else 0
         verdict = None
-        if name == "status":
-            a, b = None, None
-        elif is_flag:
+        a: float | None = None
+        b: float | None = None
+        if is_flag and name != "status":
             a, b = (float(np.mean(values)) for values in columns)
             verdict = judge(int(name == "feasible"), a, b)
         elif better:
             a, b = (_worst(name, values) for values in columns)
             verdict = judge(better, a, b)
-        else:
+        elif not is_flag:
             a, b = (finite_or_none(float(values[row])) for values in columns)
         place = pair.where(row) if changes["rows"] else None
         yield Number(

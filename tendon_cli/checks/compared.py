@@ -240,7 +240,7 @@ class Compared:
 
     @property
     def moves(self) -> list[Move]:
-        """Who is gained, and who is lost; empty if it cannot be told."""
+        """Members that are gained, and those that are lost; empty if it cannot be told."""
         return [move for move in (self.gained, self.lost) if move is not None]
 
     @property

@@ -67,13 +67,12 @@ def studies(motion):
     """Return a study of each kind, and of some a second one."""
     kinds = {kind: merged(SUIT, content) for kind, content in OF_EACH_KIND.items()}
     kinds["in time"] = {**SUIT, "motion": motion}
-    return {
-        kind: [
-            merged(content, {"spool": {"ratio": ratio}})
-            for ratio in ((0.6, 0.62) if kind in WITH_A_LARGER_SPOOL else (0.6,))
-        ]
-        for kind, content in kinds.items()
+    of_each = {
+        kind: [merged(content, {"spool": {"ratio": 0.6}})] for kind, content in kinds.items()
     }
+    for kind in WITH_A_LARGER_SPOOL:
+        of_each[kind].append(merged(kinds[kind], {"spool": {"ratio": 0.62}}))
+    return of_each
 
 
 @pytest.fixture(scope="module")
