@@ -9,6 +9,7 @@ import pytest
 from tendon_cli.answers import sensitivity
 from tendon_cli.answers.sensitivity import BODY, indices, sobol
 from tendon_cli.studies.load import study_from
+from tendon_cli.typed_record import to_json
 from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solver import Solver
 
@@ -118,7 +119,7 @@ def test_indices_of_windows_are_those_of_a_plain_estimate_of_ten_times_the_size(
     monkeypatch.setattr(
         sensitivity, "_STATES", 1024 * 5 * len(question.conditions) * question.states_per_design
     )
-    records = indices(Solver(question), question.all_points())
+    records = to_json(indices(Solver(question), question.all_points()))
     ends, inputs = calls[-1]
     expected_inputs = ["sheath.friction", "spring.stiffness"]
     if people:
