@@ -18,7 +18,7 @@ ALL_POINTS = True
 
 def indices_in(record, order):
     """Return the indices of an order, "first" or "total", of a recorded end."""
-    return np.array([values[order] for values in record["inputs"].values()])
+    return np.array([values[order] for values in to_json(record)["inputs"].values()])
 
 
 def errors_in(record, order):
@@ -82,7 +82,7 @@ def test_a_result_that_never_changes_or_is_not_finite_has_no_indices():
         return np.stack([constant, infinite, share])
 
     (record,) = sobol(ends, ("a", "b"), ("constant", "infinite", "fine"), 256, seed=3)
-    assert record["end"] == "fine"
+    assert record.end == "fine"
 
 
 UNCERTAIN = {
