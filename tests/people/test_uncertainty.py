@@ -41,7 +41,7 @@ def test_a_linear_result_has_the_shares_of_its_variance():
             np.testing.assert_allclose(index, true, atol=0.03)
             assert np.all(np.abs(index - true) < 5.0 * error + 0.003)
     deviation = np.sqrt(np.sum(slopes**2) / 12.0)
-    assert first["standard_deviation"] == pytest.approx(deviation, rel=0.01)
+    assert first.standard_deviation == pytest.approx(deviation, rel=0.01)
 
 
 def test_the_same_question_has_the_same_answer_and_errors_are_those_of_repeated_draws():
