@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from tendon_cli.checks.check import check
-    from tendon_cli.checks.comparison import compare_results as compare
+    from tendon_cli.checks.compare import compare_results as compare
     from tendon_cli.engine.states import states
     from tendon_cli.errors import (
         FolderError,
@@ -44,7 +44,7 @@ _MODULE_OF = {
     "estimate": "face.estimate",
     "open": "face.open",
     "check": "checks.check.check",
-    "compare": "checks.comparison.compare_results",
+    "compare": "checks.compare.compare_results",
     "report": "reports.report.write_report",
     "fit_friction": "fits.friction.fit.fit_friction",
     "fit_suit": "fits.suit.suit_fitting.fit_suit",

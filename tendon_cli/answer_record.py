@@ -992,7 +992,7 @@ def population_of(record: AnswerResults) -> PopulationRecord:
     Raises:
         ValueError: The answer has neither.
     """
-    population: PopulationRecord | None = record["population"]
+    population: PopulationRecord | None = record.population
     if population is None:
         raise ValueError("an answer without persons and draws has no record of them")
     return population
@@ -1010,9 +1010,11 @@ def named_first(record: AnswerResults) -> ChoiceRecord | None:
     return None
 
 
-def value_of(row: Mapping[str, Any] | ChoiceRecord | FixRecord, column: str) -> Any:
+def value_of(row: Values | ChoiceRecord | FixRecord, column: str) -> Any:
     """Return the value of a choice in a column that is known by its name alone, such as an axis."""
-    return row[column]
+    if isinstance(row, ChoiceRecord) and column in row.columns:
+        return row.columns[column]
+    return row[column] if isinstance(row, dict) else getattr(row, column)
 
 
 def as_answer(record: Mapping[str, Any]) -> AnswerRecord:

@@ -181,6 +181,8 @@ def _as_fault(error: Exception, words: list[str]) -> TendonError:
         missing = getattr(error, "param", None)
         if type(error).__name__ == "MissingParameter" and getattr(missing, "metavar", "") == STUDY:
             hint = hint_at_study(command)
+        elif command == "export":
+            hint = "tendon export TABLE FILE.csv; tendon export ANSWER --to parts parts.csv"
         return UsageError(str(message()), hint=hint)
     if isinstance(error, OSError):
         return as_output_error(error)

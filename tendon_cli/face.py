@@ -26,7 +26,7 @@ from tendon_cli.units import described
 
 if TYPE_CHECKING:
     from tendon_cli.answers.answer import Answer
-    from tendon_cli.checks.comparison import Comparison
+    from tendon_cli.checks.compare import Comparison
     from tendon_cli.engine.cost import Estimate
     from tendon_cli.figures.backend import Figure
     from tendon_cli.figures.frame import Page
@@ -431,8 +431,8 @@ def write_comparison(comparison: Comparison, out: FileName, *, overwrite: bool =
         UsageError: The file exists and is not a page that tendon wrote.
         OutputError: The page cannot be written.
     """
-    from tendon_cli.checks.comparison_text import verdict_words
-    from tendon_cli.cube.cube import choices_of
+    from tendon_cli.checks.compare_text import verdict_words
+    from tendon_cli.cube.cube import cube_in
     from tendon_cli.figures.side_by_side import maps_on_one_scale
     from tendon_cli.reports.text_page import Picture, write_text_page
 
@@ -444,7 +444,7 @@ def write_comparison(comparison: Comparison, out: FileName, *, overwrite: bool =
     except UsageError as error:
         pictures.append(Picture(f"No figure: {error.message}", b""))
     answers = [result for result in comparison.results if not isinstance(result, Run)]
-    cubes = [choices_of(TableInMemory(one.table("choices")), one.study) for one in answers]
+    cubes = [cube_in(one, "choices") for one in answers]
     pages = maps_on_one_scale(cubes, [one.record for one in answers], **size)
     for side, of_answer in zip(comparison.sides, pages, strict=False):
         if of_answer is not None:
@@ -471,7 +471,7 @@ def page_of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) -
     Raises:
         UsageError: The answer has no such figure, or an option is given.
     """
-    from tendon_cli.cube.cube import choices_of
+    from tendon_cli.cube.cube import cube_in
     from tendon_cli.figures.answer_figures import FIGURES, answer_figure
 
     check_options("plot", how, _OF_PLOT)
@@ -479,7 +479,7 @@ def page_of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) -
         if name not in FIGURES:
             hint = hint_at_nearest(name, FIGURES) or ", ".join(FIGURES)
             raise UsageError(f"an answer has no figure {described(name)}", hint=hint)
-    choices = choices_of(TableInMemory(answer.table("choices")), answer.study)
+    choices = cube_in(answer, "choices")
     for name in what or FIGURES:
         page = answer_figure(name, choices, answer.record)
         if page is not None:

@@ -42,16 +42,6 @@ class RecordField:
 class Record:
     """Dataclass that says what each of its fields means."""
 
-    def __getitem__(self, key: str) -> Any:
-        """Return an entry by its name in JSON."""
-        of_names = {field.key: field for field in fields_of(type(self))}
-        if key in of_names:
-            return getattr(self, of_names[key].name)
-        for field in of_names.values():
-            if field.holds_others:
-                return getattr(self, field.name)[key]
-        raise KeyError(key)
-
     @classmethod
     def from_json(cls, content: Any, where: str = "") -> Self:
         """Return the record that JSON holds.

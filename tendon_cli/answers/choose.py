@@ -15,7 +15,6 @@ import numpy as np
 from tendon_cli.answer_record import ChoiceRecord
 from tendon_cli.answers.question_facts import condition_values
 from tendon_cli.answers.tables import VERIFIED, as_records, choice_columns, choice_rows
-from tendon_cli.answers.verified_record import verified_record
 from tendon_cli.model.kinematics import Rows
 from tendon_cli.proof.certify import Certificate, Report, certify
 from tendon_cli.windows import candidates
@@ -183,7 +182,7 @@ def _choice_record(
     names = {field.name for field in fields(ChoiceRecord)}
     return ChoiceRecord(
         choice=number,
-        served_verified=None if judged is None else verified_record(judged),
+        served_verified=None if judged is None else judged.record,
         columns={name: value for name, value in row.items() if name not in names},
         **{name: value for name, value in row.items() if name in names},
         **under,

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from tendon_cli import say
 from tendon_cli.answer_record import FixRecord, PartRecord, RelaxationRecord
 from tendon_cli.answers.notes import note_on_judges, note_on_remedies
 from tendon_cli.answers.question_facts import choice_values
-from tendon_cli.answers.verified_record import fresh_record, verified_record
 from tendon_cli.model.kinematics import Array, Flags, Rows, Spline
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.space.axis import LIMIT, NamedAxis, evenly_spaced, limit_of
@@ -38,7 +37,8 @@ from tendon_cli.windows.question import (
 )
 from tendon_cli.windows.solutions import Solutions, solve
 from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.verification import Verified, Verifier
+from tendon_cli.windows.verification import Verified, Verifier, fresh_record
+from tendon_cli.windows.worst import WORST
 
 PARAMETERS = {
     "spring.stiffness": (200.0, 5e4),
@@ -381,36 +381,30 @@ def _loosest(question: Question, name: str, points: Points) -> float:
 
 def _fix(question: Question, key: str, before: float, found: Least | None) -> FixRecord:
     """Return the record of the least change of one number of a choice."""
+    unknown: dict[str, Any] = dict.fromkeys(WORST)
     record = FixRecord(
         parameter=key,
         before=before,
         after=None,
         plausible=PARAMETERS[key],
         pretension=None,
-        max_tension=None,
-        max_spring_extension=None,
-        peak_motor_torque=None,
-        min_elbow_stiffness=None,
-        max_contact_pressure=None,
         printed="",
         printed_pretension="",
         served_verified=None,
+        **unknown,
     )
     if found is None:
         return record
-    worst = found.choice.worst
+    choice = found.choice
+    worst: dict[str, Any] = {name: finite_or_none(getattr(choice.worst, name)[0]) for name in WORST}
     return replace(
         record,
+        **worst,
         after=found.value,
-        pretension=finite_or_none(found.choice.pretension[0]),
-        max_tension=finite_or_none(worst.max_tension[0]),
-        max_spring_extension=finite_or_none(worst.max_spring_extension[0]),
-        peak_motor_torque=finite_or_none(worst.peak_motor_torque[0]),
-        min_elbow_stiffness=finite_or_none(worst.min_elbow_stiffness[0]),
-        max_contact_pressure=finite_or_none(worst.max_contact_pressure[0]),
+        pretension=finite_or_none(choice.pretension[0]),
         printed=found.text,
         printed_pretension=found.pretension,
-        served_verified=None if found.judged is None else verified_record(found.judged),
+        served_verified=None if found.judged is None else found.judged.record,
         nearest=_nearest_part(question, key, found.value),
     )
 
@@ -436,26 +430,25 @@ def _relaxation(solver: Solver, change: Change, found: Least | None) -> Relaxati
     """Return the record of the least change of one demand."""
     question = solver.question
     counts = question.conditions.groups is not None
-    if found is None:
-        at_farthest = change.solve(solver, np.array([change.farthest]), change.points)
-        return RelaxationRecord(
-            key=change.key,
-            before=change.before,
-            farthest=change.farthest,
-            after=None,
-            printed="",
-            choice=None,
-            values={},
-            pretension=None,
-            printed_pretension="",
-            served=float(at_farthest.served.max()) if counts else None,
-            served_verified=None,
-        )
-    first = found.choice
-    return RelaxationRecord(
+    record = RelaxationRecord(
         key=change.key,
         before=change.before,
         farthest=change.farthest,
+        after=None,
+        printed="",
+        choice=None,
+        values={},
+        pretension=None,
+        printed_pretension="",
+        served=None,
+        served_verified=None,
+    )
+    if found is None:
+        at_farthest = change.solve(solver, np.array([change.farthest]), change.points)
+        return replace(record, served=float(at_farthest.served.max()) if counts else None)
+    first = found.choice
+    return replace(
+        record,
         after=found.value,
         printed=found.text,
         choice=int(first.row[0]),
@@ -463,5 +456,5 @@ def _relaxation(solver: Solver, change: Change, found: Least | None) -> Relaxati
         pretension=float(first.pretension[0]),
         printed_pretension=found.pretension,
         served=float(first.served_at[0]) if counts else None,
-        served_verified=None if found.judged is None else verified_record(found.judged),
+        served_verified=None if found.judged is None else found.judged.record,
     )

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from tendon_cli import say
 from tendon_cli.answer_record import FreshRecord
 from tendon_cli.answers.phrases import members
 from tendon_cli.space.axis import PRETENSION, split_side
-from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.study import keys
+from tendon_cli.windows.question import Question
 
 PROOF_METHOD = (
     "interval arithmetic with outward rounding on Taylor forms of second order over cells of the"
@@ -17,16 +18,11 @@ PROOF_METHOD = (
 )
 
 
-def question_notes(
-    study: Study, sampled_intervals: Sequence[str], whole_intervals: Sequence[str]
-) -> list[str]:
-    """Return notes on numbers left out, on intervals, on people and on numbers not drawn.
-
-    Args:
-        study: The study that asks the question.
-        sampled_intervals: Keys of the intervals that are solved at their ends alone.
-        whole_intervals: Keys of those whose inside may be worse than both ends, but is proved.
-    """
+def notes_of(question: Question) -> list[str]:
+    """Return notes on numbers left out, on intervals, on people and on numbers not drawn."""
+    study = question.study
+    sampled_intervals = question.sampled_intervals
+    whole_intervals = question.whole_intervals
     pretensions = [key for key in study.numbers if split_side(key)[0] == PRETENSION]
     tables = [
         "study's cases" if table.is_of_cases else f"table {table.key}"
@@ -96,7 +92,7 @@ def question_notes(
         ),
         (draws_nothing, "nothing in this study is uncertain, so [uncertainty] draws nothing"),
     ]
-    return [words for holds, words in notes if holds]
+    return [*study.warnings, *(words for holds, words in notes if holds)]
 
 
 def note_on_motion(choices: int) -> str:

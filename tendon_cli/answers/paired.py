@@ -39,10 +39,6 @@ class PairedShares:
     """Share that the first suit serves at its pretension."""
     second: float
     """Share that the second one serves."""
-    gained: float
-    """Share that the second serves and the first does not."""
-    lost: float
-    """Share that the first serves and the second does not."""
     interval: tuple[float, float]
     """95 % interval of the second share less the first among all who could have been drawn."""
     of_first: tuple[float, float]
@@ -53,14 +49,20 @@ class PairedShares:
     """Number of members."""
     kind: Literal["persons", "draws"]
     """Noun for the members."""
-    gained_members: int
-    """Number of members whom the second alone serves."""
-    lost_members: int
-    """Number of members whom the first alone serves."""
-    gained_one: UnservedMember | None = None
-    """The member whom the first misses by most of those that the second alone serves."""
-    lost_one: UnservedMember | None = None
-    """The member whom the second misses by most of those that the first alone serves."""
+    moved: tuple[MovedMembers, MovedMembers]
+    """Members whom the second alone serves, and those whom the first alone serves."""
+
+
+@dataclass(frozen=True)
+class MovedMembers:
+    """Members of a fresh sample whom one of two suits alone serves."""
+
+    share: float
+    """Share of all, by weight."""
+    members: int
+    """Number of them."""
+    farthest: UnservedMember | None
+    """The one whom the other suit misses by most."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +97,10 @@ def paired_shares(
     reason = _why_other_sample(questions[0].study, questions[1].study)
     if reason is not None:
         return reason
+    # A suit that takes longer to judge asks fewer of the same members.
+    members = min(len(first.sample), len(second.sample))
+    first = first.thinned(members)
+    second = second.thinned(members)
     pretensions = [float(choice.pretension or 0.0) for choice in choices]
     points = [
         question.points(np.array([choice.choice]))
@@ -102,12 +108,30 @@ def paired_shares(
     ]
     (before,) = first.judge(points[0], np.array(pretensions[:1]))
     (now,) = second.judge(points[1], np.array(pretensions[1:]))
-    is_gained = now.is_served & ~before.is_served
-    is_lost = before.is_served & ~now.is_served
-    return replace(
-        _shares(before, now, is_gained, is_lost),
-        gained_one=_farthest(first, points[0], before, is_gained, pretensions[0]),
-        lost_one=_farthest(second, points[1], now, is_lost, pretensions[1]),
+    sample = before.sample
+    weights = normalise(sample.weighting)
+    moved = []
+    for judge, choice, judged, pretension in (
+        (first, points[0], before, pretensions[0]),
+        (second, points[1], now, pretensions[1]),
+    ):
+        is_moved = ~judged.is_served & (before.is_served | now.is_served)
+        farthest = _farthest(judge, choice, judged, is_moved, pretension)
+        moved.append(MovedMembers(float(weights @ is_moved), int(is_moved.sum()), farthest))
+    gained, lost = moved
+    # A sample of n members whose strata weigh W and have n_s members counts as 1 / Σ W²/n_s.
+    size = np.bincount(sample.strata)
+    weight = np.bincount(sample.strata, weights)
+    count = 1.0 / float(np.sum(np.square(weight) / size))
+    return PairedShares(
+        first=before.value,
+        second=now.value,
+        interval=paired_interval(gained.share, lost.share, count),
+        of_first=before.interval,
+        of_second=now.interval,
+        members=len(sample),
+        kind="persons" if sample.draws_persons else "draws",
+        moved=(gained, lost),
     )
 
 
@@ -136,39 +160,6 @@ def why_other_draws(first: Study, second: Study) -> str | None:
     if seeds[0] != seeds[1]:
         return "their draws have different seeds"
     return None
-
-
-def _shares(before: Verified, now: Verified, is_gained: Flags, is_lost: Flags) -> PairedShares:
-    """Return the shares of two suits among the same members, and the interval between them.
-
-    Args:
-        before: Judgement on the first suit.
-        now: Judgement on the second.
-        is_gained: True for the members whom the second alone serves, (members,).
-        is_lost: True for those whom the first alone serves.
-    """
-    sample = before.sample
-    strata = sample.strata
-    weights = normalise(sample.weighting)
-    gained = float(weights @ is_gained)
-    lost = float(weights @ is_lost)
-    size = np.bincount(strata)
-    weight = np.bincount(strata, weights)
-    # A sample of n members whose strata weigh W and have n_s members counts as 1 / Σ W²/n_s.
-    count = 1.0 / float(np.sum(np.square(weight) / size))
-    return PairedShares(
-        first=before.value,
-        second=now.value,
-        gained=gained,
-        lost=lost,
-        interval=paired_interval(gained, lost, count),
-        of_first=before.interval,
-        of_second=now.interval,
-        members=len(sample),
-        kind="persons" if sample.draws_persons else "draws",
-        gained_members=int(is_gained.sum()),
-        lost_members=int(is_lost.sum()),
-    )
 
 
 def _farthest(

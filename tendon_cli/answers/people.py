@@ -32,7 +32,6 @@ from tendon_cli.answers.question_facts import (
 from tendon_cli.answers.sensitivity import indices
 from tendon_cli.answers.setup import settings
 from tendon_cli.answers.text_bench import FEW_PERSONS, population_title
-from tendon_cli.answers.verified_record import fresh_record, verified_record
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, Codes
@@ -51,7 +50,7 @@ from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question, select_numbers
 from tendon_cli.windows.solutions import Solutions
 from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.verification import Verified
+from tendon_cli.windows.verification import Verified, fresh_record
 
 MOST_SIZES = 3
 _MOST_ALONG = 16
@@ -146,10 +145,13 @@ def population(
     largest_share = float(chosen.served[0])
     own_curve = coverage.curve(windows.low, windows.high, groups.weighting)
     curve = own_curve
-    by = [] if people is None else _by_sex(question, people, windows.served(pretension))
+    asks_sex = people is not None and question.study.design.by == "sex"
+    by: list[SexRecord] = []
     if judged is not None and not judged.sample.persons:
         curve = coverage.curve(*judged.windows, judged.sample.weighting)
-        by = _by_sex_of_fresh(question, judged)
+        by = [*_by_sex_of_fresh(judged)] if asks_sex else []
+    elif people is not None and asks_sex:
+        by = [*_by_sex(question, people, windows.served(pretension))]
     count = len(curve.pretension)
     thinned = evenly_spaced(count, _MOST_OF_CURVE)
     values: Values = {axis.column: value_of(row, axis.column) for axis in question.choices.axes}
@@ -167,7 +169,7 @@ def population(
         pretension=finite_or_none(chosen.pretension[0]),
         served=served,
         interval_95=groups.interval(served),
-        served_verified=None if judged is None else verified_record(judged),
+        served_verified=None if judged is None else judged.record,
         largest_share=largest_share,
         largest_share_at=finite_or_none(own_curve.best),
         set=_spread_of_settings(question, chosen),
@@ -204,14 +206,11 @@ def _spread_of_settings(question: Question, chosen: Solutions) -> dict[str, list
     return {name: np.quantile(values, shares).tolist() for name, values in tensions.items()}
 
 
-def _by_sex(question: Question, people: Population, served: Flags) -> list[SexRecord]:
-    """Return the share that the pretension serves among men and among women."""
-    if question.study.design.by != "sex":
-        return []
+def _by_sex(question: Question, people: Population, served: Flags) -> Iterator[SexRecord]:
+    """Yield the share that the pretension serves among men and among women."""
     weighting = question.groups.weighting
     rows = person_of(question, np.arange(len(weighting)))
     sexes = np.array(people.sexes)[rows]
-    shares: list[SexRecord] = []
     for sex in dict.fromkeys(sexes.tolist()):
         groups = np.flatnonzero(sexes == sex)
         weights = normalise(weighting[groups])
@@ -219,40 +218,23 @@ def _by_sex(question: Question, people: Population, served: Flags) -> list[SexRe
         share = 1.0 if is_served.all() else float(min(weights[is_served].sum(), 1.0))
         persons = len(np.unique(rows[groups] // people.completions))
         effective = effective_count(weighting[groups]) * persons / len(groups)
-        shares.append(_sex_record(sex, persons, share, effective))
-    return shares
+        yield _sex_record(sex, persons, share, effective)
 
 
-def _by_sex_of_fresh(question: Question, judged: Verified) -> list[SexRecord]:
-    """Return the share that a pretension serves among the men and women of a fresh sample."""
-    if question.study.design.by != "sex":
-        return []
+def _by_sex_of_fresh(judged: Verified) -> Iterator[SexRecord]:
+    """Yield the share that a pretension serves among the men and women of a fresh sample."""
     sexes = np.array(judged.sample.sexes)
-    shares: list[SexRecord] = []
     for sex in dict.fromkeys(sexes.tolist()):
         is_served = judged.is_served[sexes == sex]
-        persons = len(is_served)
-        shares.append(_sex_record(sex, persons, float(is_served.mean()), persons))
-    return shares
+        yield _sex_record(sex, len(is_served), float(is_served.mean()), len(is_served))
 
 
 def _sex_record(
     sex: Literal["male", "female"], persons: int, served: float, effective: float
 ) -> SexRecord:
-    """Return the record of the share served among persons of one sex.
-
-    Args:
-        sex: The sex.
-        persons: Number of persons.
-        served: Share of them that is served.
-        effective: Effective size of their sample.
-    """
-    return SexRecord(
-        sex=sex,
-        persons=persons,
-        served=served,
-        interval_95=[*say.interval(served, effective)],
-    )
+    """Return the share served among persons of one sex, with the effective size of their sample."""
+    interval = [*say.interval(served, effective)]
+    return SexRecord(sex=sex, persons=persons, served=served, interval_95=interval)
 
 
 def reasons_not_served(

@@ -18,7 +18,6 @@ from tendon_cli.answer_record import (
     Value,
     Values,
 )
-from tendon_cli.answers.notes import question_notes
 from tendon_cli.model.design import F0
 from tendon_cli.quantities import unit_of_reading
 from tendon_cli.space.axis import SAMPLE_AXES, Axis, NamedAxis, limit_of
@@ -100,13 +99,6 @@ def _texts_in(value: Any) -> Iterator[str]:
     elif isinstance(value, list | tuple):
         for inner in value:
             yield from _texts_in(inner)
-
-
-def notes_of(question: Question) -> list[str]:
-    """Return notes on what a question leaves out, and why."""
-    study = question.study
-    notes = question_notes(study, question.sampled_intervals, question.whole_intervals)
-    return [*study.warnings, *notes]
 
 
 def goal_record(goal: Goal) -> GoalRecord:

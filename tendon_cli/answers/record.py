@@ -35,19 +35,18 @@ from tendon_cli.answers.notes import (
     PROOF_METHOD,
     note_on_motion,
     note_without_fresh_sample,
+    notes_of,
     scope_words,
 )
 from tendon_cli.answers.question_facts import (
     condition_values,
     goal_record,
-    notes_of,
     question_record,
     value_at,
     with_named_rows,
 )
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.setup import drift_record, setting_record
-from tendon_cli.answers.verified_record import fresh_record
 from tendon_cli.engine.cutoff_check import check_of_designs
 from tendon_cli.engine.plan import columns_of_motion
 from tendon_cli.model.kinematics import Array, Rows
@@ -68,7 +67,7 @@ from tendon_cli.windows.question import (
 from tendon_cli.windows.solutions import Solutions, solve_windows
 from tendon_cli.windows.solver import Solver
 from tendon_cli.windows.study_arm import as_read
-from tendon_cli.windows.verification import Verified, Verifier
+from tendon_cli.windows.verification import Verified, Verifier, fresh_record
 
 _MOST_LISTED = 100
 """Most pretensions of a list that are judged one by one."""

@@ -13,7 +13,7 @@ from tendon_cli.answers.text_bench import SET_AT_JOINT, SET_AT_MOTOR
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES
-from tendon_cli.model.reversal import Drift, drift
+from tendon_cli.model.reversal import drift
 from tendon_cli.model.setting import all_readings, pretension_per_length
 from tendon_cli.quantities import SIDES
 from tendon_cli.studies.spaces import wearer_axis
@@ -92,25 +92,9 @@ def setting_record(
 
 
 def drift_record(question: Question, choice: Solutions) -> DriftRecord | None:
-    """Return the drift of a choice beyond its window; None if stability does not end it."""
-    beyond = drift_of(question, choice)
-    if beyond is None:
-        return None
-    pretension, drifted = beyond
-    return DriftRecord(
-        pretension=pretension,
-        start=drifted.start,
-        end=drifted.end,
-        torque=drifted.torque,
-        balanced=drifted.balanced,
-    )
+    """Return the drift of a choice 10 % beyond its window, under the condition that binds.
 
-
-def drift_of(question: Question, choice: Solutions) -> tuple[float, Drift] | None:
-    """Return the pretension 10 % beyond the upper end, N, and the arm's drift there.
-
-    The drift is under the condition that binds. Return None if the upper end is not set by
-    stability, or if the motion has a single angle.
+    Return None if the upper end is not set by stability, or if the motion has a single angle.
     """
     high = float(choice.pretension_to[0])
     state = int(choice.to_binding.state[0])
@@ -128,4 +112,5 @@ def drift_of(question: Question, choice: Solutions) -> tuple[float, Drift] | Non
     drifts = [drift(design, start, end) for end in ends if end != start]
     if not drifts:
         return None
-    return pretension, max(drifts, key=lambda drifted: abs(drifted.end - drifted.start))
+    farthest = max(drifts, key=lambda drifted: abs(drifted.end - drifted.start))
+    return DriftRecord(pretension=pretension, **vars(farthest))

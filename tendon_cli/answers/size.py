@@ -7,7 +7,7 @@ from typing import Any
 
 from tendon_cli import say
 from tendon_cli.answers.choices import Choices
-from tendon_cli.answers.question_facts import notes_of
+from tendon_cli.answers.notes import notes_of
 from tendon_cli.engine.folder import free_bytes
 from tendon_cli.proof.subdivision import most_cells
 from tendon_cli.space.axis import SAMPLE_AXES, NamedAxis

@@ -27,7 +27,7 @@ from tendon_cli.model.design import F0
 from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.quantities import QUANTITIES, bound_name, unit_of_reading
-from tendon_cli.space.axis import Axis, split_side
+from tendon_cli.space.axis import Axis
 from tendon_cli.space.space import Space
 from tendon_cli.studies.values import RIGID
 from tendon_cli.tables.schema import Column, finite_or_none
@@ -35,7 +35,7 @@ from tendon_cli.typed_record import to_json
 from tendon_cli.windows.advice import ADVICE
 from tendon_cli.windows.by_choice import ColumnArrays
 from tendon_cli.windows.coverage import share_served
-from tendon_cli.windows.points import Points
+from tendon_cli.windows.points import Points, set_by_names
 from tendon_cli.windows.question import Question, column_read
 from tendon_cli.windows.solutions import ENDS, End, Solutions
 from tendon_cli.windows.study_arm import own_f0, study_arm
@@ -141,7 +141,6 @@ def choice_rows(question: Question, choices: Solutions) -> ColumnArrays:
     low, high, pretension = own_f0(question, choices.points, readings)
     return {
         **choices.points.columns,
-        **_set_by_names(question.choices, question.choices.at(choices.points.numbers)),
         "pretension_from": low,
         "pretension_to": _finite(high),
         "windows": choices.windows,
@@ -236,7 +235,7 @@ def condition_rows(question: Question) -> ColumnArrays:
     weighting = question.conditions.weighting
     rows: ColumnArrays = question.conditions.columns(np.arange(count))
     rows["weighting"] = np.ones(count) if weighting is None else weighting
-    return rows | _set_by_names(question.conditions, question.conditions)
+    return rows | set_by_names(question.conditions, question.conditions)
 
 
 # --- Persons and draws ----------------------------------------------------------------------------
@@ -390,21 +389,6 @@ def _row_columns(space: Space, read: str) -> tuple[Column, ...]:
         for column in columns
     ]
     return (*as_read, *carried_columns(space))
-
-
-def _set_by_names(space: Space, rows: Space) -> ColumnArrays:
-    """Return the numbers that vary over the named axes of a space, of some rows.
-
-    Args:
-        space: All choices, or all conditions.
-        rows: The space itself, or a list of points of it.
-    """
-    values: ColumnArrays = {}
-    for key, column in columns_set_by_names(space).items():
-        number = rows.number(*split_side(key)).within(rows.whole)
-        of_rows = np.broadcast_to(number, (*rows.shape, 1, 1)).ravel()
-        values[column.name] = of_rows.astype(column.dtype)
-    return values
 
 
 def _finite(ends: Array) -> Array:

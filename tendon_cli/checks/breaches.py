@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli.checks.check_text import NO_EQUILIBRIUM, SLACK
 from tendon_cli.cube.cube import Cube
@@ -45,44 +44,32 @@ def breaches_in(columns: Mapping[str, Array], bounds: Mapping[str, Array]) -> It
     """
     needed = columns["required_pretension"]
     margin = columns["margin"]
-    is_failing = columns["feasible"] == 0.0
     no_equilibrium = np.isnan(needed)
     is_slack = (columns["taut"] == 0.0) & ~no_equilibrium
     no_value = np.full(len(needed), np.nan)
-    excess = np.where(no_equilibrium, np.inf, -np.inf)
-    yield from _breaches_of(NO_EQUILIBRIUM, no_value, no_value, excess, is_failing, columns)
-    excess = np.where(is_slack, -margin / np.maximum(needed, 1e-300), -np.inf)
-    yield from _breaches_of(SLACK, margin, np.zeros_like(margin), excess, is_failing, columns)
+    missing = np.where(is_slack, -margin / np.maximum(needed, 1e-300), -np.inf)
+    judged = [
+        (NO_EQUILIBRIUM, no_value, no_value, np.where(no_equilibrium, np.inf, -np.inf)),
+        (SLACK, margin, np.zeros_like(margin), missing),
+    ]
     for limit, bound in bounds.items():
         scale = np.where(bound == 0.0, 1.0, np.abs(bound))
         of_designs = np.broadcast_to(bound, needed.shape)
         for name in columns_of(limit):
-            if name not in columns:
-                continue
-            values = columns[name]
-            with np.errstate(invalid="ignore"):  # without a bound there is no share of it
-                excess = LIMITS[limit].beyond(values, bound) / scale
-            excess = np.where(excess > SLACK_TOLERANCE, excess, -np.inf)
-            yield from _breaches_of(limit, values, of_designs, excess, is_failing, columns)
-
-
-def _breaches_of(
-    limit: str,
-    values: Array,
-    bounds: Array,
-    excess: Array,
-    is_failing: npt.NDArray[np.bool_],
-    columns: Mapping[str, Array],
-) -> Iterator[Breach]:
-    """Yield the breaches of one limit, of designs that are not feasible and have an excess."""
-    for row in np.flatnonzero(is_failing & (excess > -np.inf)):
-        yield {
-            "design": int(columns["design"][row]),
-            "limit": limit,
-            "value": float(values[row]),
-            "bound": float(bounds[row]),
-            "excess": float(excess[row]),
-            "direction": None,
-            "elbow_angle": None,
-            "time": None,
-        }
+            if name in columns:
+                with np.errstate(invalid="ignore"):  # without a bound there is no share of it
+                    excess = LIMITS[limit].beyond(columns[name], bound) / scale
+                excess = np.where(excess > SLACK_TOLERANCE, excess, -np.inf)
+                judged.append((limit, columns[name], of_designs, excess))
+    for limit, values, of_designs, excess in judged:
+        for row in np.flatnonzero((columns["feasible"] == 0.0) & (excess > -np.inf)):
+            yield {
+                "design": int(columns["design"][row]),
+                "limit": limit,
+                "value": float(values[row]),
+                "bound": float(of_designs[row]),
+                "excess": float(excess[row]),
+                "direction": None,
+                "elbow_angle": None,
+                "time": None,
+            }

@@ -22,7 +22,7 @@ from tendon_cli.checks.check_text import (
     finite,
     verdict_text,
 )
-from tendon_cli.cube.cube import Cube, cube_of
+from tendon_cli.cube.cube import cube_in
 from tendon_cli.cube.room import designs_at
 from tendon_cli.engine.results import AnyResult, Run, folder_of, open_result
 from tendon_cli.model.actuator import State
@@ -83,19 +83,11 @@ def check(
 
 
 def check_run(run: Run, worst: int) -> CheckResult:
-    """Check that every design of a run is within its limits. List the `worst` of the breaches."""
-    cube = cube_of(run.kept("designs"), run.study)
-    result = _check_designs(cube, worst)
-    text = verdict_text(result, cube, run.record["name"])
-    verdict = "within limits" if result["holds"] else NEGATIVE
-    return CheckResult(result["holds"], text, finite(result), verdict)
-
-
-def _check_designs(cube: Cube, worst: int) -> dict[str, Any]:
-    """Check all rows of a table of designs, part by part.
+    """Check that every design of a run is within its limits, part by part of their table.
 
     The `worst` of the breaches are listed with their states.
     """
+    cube = cube_in(run, "designs")
     table: Any = cube.table
     wanted = ["design", *columns_that_judge(cube)]
     names = [name for name in wanted if name in table.schema.names]
@@ -115,13 +107,16 @@ def _check_designs(cube: Cube, worst: int) -> dict[str, Any]:
         breaches += breaches_here
         breaches.sort(key=lambda breach: (-breach["excess"], breach["design"]))
         breaches = breaches[:worst]
-    return {
+    holds = feasible == designs
+    result = {
         "designs": designs,
         "feasible": feasible,
         "breaches": [_with_state(breach, cube.study) for breach in breaches],
         "broken": dict(broken.most_common()),
-        "holds": feasible == designs,
+        "holds": holds,
     }
+    text = verdict_text(result, cube, run.record["name"])
+    return CheckResult(holds, text, finite(result), "within limits" if holds else NEGATIVE)
 
 
 def _with_state(breach: Breach, study: Study) -> Breach:
@@ -142,6 +137,8 @@ def _with_state(breach: Breach, study: Study) -> Breach:
         severity = _severity(name, state, np.nan if speed is None else speed.single)
         shape = np.broadcast_shapes(study.flexion.shape, (len(study.angles),))
         values = np.broadcast_to(severity, (1, *shape))[0]  # (directions, angles)
+        is_flexing = np.broadcast_to(study.flexion, shape)
+        of_states = {"elbow_angle": np.broadcast_to(study.angles, shape)}
     else:
         # Only a study of motion pays for their import.
         from tendon_cli.model.motion_window import OF_WHAT_HOLDS
@@ -151,19 +148,14 @@ def _with_state(breach: Breach, study: Study) -> Breach:
         severity = motor_rates(held).power if has_power else _severity(name, held, np.nan)
         if not has_power and name not in (*OF_WHAT_HOLDS, NO_EQUILIBRIUM):
             severity = np.fmax(severity, _severity(name, turned, np.nan))
-        values = np.broadcast_to(np.ravel(severity), trajectory.time[trajectory.counted].shape)
-    if np.isnan(values).all():
-        return breach
-    place = np.unravel_index(int(np.nanargmax(values)), values.shape)
-    if trajectory is None:
-        is_flexing = np.broadcast_to(study.flexion, values.shape)[place]
-        breach["elbow_angle"] = float(study.angles[place[-1]])
-    else:
-        sample = trajectory.counted.start + int(place[0])
-        is_flexing = trajectory.is_flexing[sample]
-        breach["elbow_angle"] = float(trajectory.angle[sample])
-        breach["time"] = float(trajectory.time[sample])
-    breach["direction"] = "flexion" if is_flexing else "extension"
+        counted = trajectory.counted
+        is_flexing = trajectory.is_flexing[counted]
+        values = np.broadcast_to(np.ravel(severity), is_flexing.shape)
+        of_states = {"elbow_angle": trajectory.angle[counted], "time": trajectory.time[counted]}
+    if not np.isnan(values).all():
+        place = np.unravel_index(int(np.nanargmax(values)), values.shape)
+        breach |= {name: float(of_state[place]) for name, of_state in of_states.items()}
+        breach["direction"] = "flexion" if is_flexing[place] else "extension"
     return breach
 
 

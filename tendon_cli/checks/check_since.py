@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import asdict
 from typing import Any
 
 from tendon_cli import say
 from tendon_cli.checks.check_text import CheckResult, finite, shown
-from tendon_cli.checks.comparison import VERSION, compared
-from tendon_cli.checks.comparison_record import Compared, Number
-from tendon_cli.checks.comparison_text import digits_of, move_words, value_words
+from tendon_cli.checks.compare import VERSION, compared
+from tendon_cli.checks.compare_text import digits_of, move_words, value_words
+from tendon_cli.checks.compared import Compared, Number
 from tendon_cli.engine.results import Result
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.studies.fields import hint_at_nearest
@@ -96,16 +96,10 @@ def check_since(
     lines += [f"  not compared, because it may differ: {text}" for text in excepted]
     lines += [f"  not compared: {text}" for text in missing]
     lines += [f"  {_change_words(number)}" for number in beyond]
-    lines += [f"  {words}" for words in [*_moves(found)][: worst + 1]]
+    if any(move.count for move in found.moves):
+        lines += [f"  {words}" for words in [*move_words(found)][: worst + 1]]
     text = say.name_joint("\n".join(lines), say.joint_name(result.record))
     return CheckResult(holds, text, finite(record), verdict)
-
-
-def _moves(found: Compared) -> Iterator[str]:
-    """Yield who is gained and lost, if anybody is."""
-    moves = [move for move in (found.gained, found.lost) if move is not None and move.count]
-    if moves:
-        yield from move_words(found)
 
 
 def _edits(

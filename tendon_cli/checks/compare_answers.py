@@ -9,31 +9,26 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, TypeAlias
 
-from tendon_cli.answer_record import (
-    AnswerRecord,
-    ChoiceRecord,
-    as_answer,
-    as_read,
-    named_first,
-    row_as_read,
-    value_of,
-)
+import numpy as np
+
+from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, as_read, named_first, row_as_read
 from tendon_cli.answers import phrases
 from tendon_cli.answers.answer import Answer
 from tendon_cli.answers.choice_rows import choice_in_row, same_choice
 from tendon_cli.answers.paired import (
     PairedShares,
-    UnservedMember,
     paired_shares,
     unpaired_interval,
     why_other_draws,
 )
 from tendon_cli.answers.text import first_words, no_window_words
 from tendon_cli.answers.text_bench import bench_words, suit_words
-from tendon_cli.checks.compare_runs import MOST_NAMES, ROUNDING, better_of, judge
-from tendon_cli.checks.comparison_record import (
+from tendon_cli.checks.compared import (
+    MOST_NAMES,
+    ROUNDING,
     BindingLimits,
     Compared,
     ComparedResult,
@@ -42,24 +37,23 @@ from tendon_cli.checks.comparison_record import (
     Number,
     Unserved,
     Value,
+    better_of,
+    judge,
 )
 from tendon_cli.quantities import AS_READ, QUANTITIES, in_unit_of_reading
 from tendon_cli.studies.axis_words import parameter
 from tendon_cli.studies.contents import keys
 from tendon_cli.studies.study_differences import Difference
-from tendon_cli.tables.schema import as_numpy
 
-Member: TypeAlias = tuple[Any, ...]
-"""A person or a draw of an answer's own sample: its name, then all that is known of it."""
+Members: TypeAlias = dict[tuple[Any, ...], dict[str, Any]]
+"""Rows of an answer's own sample, persons or draws: by the name, then all that is known of each."""
 _MOST_REASONS = 3
 """Most persons or draws for whom it is said which limit loses them."""
 _LARGEST_OF_SAMPLE = (
     "The values for tension, strap, springs and motor are the largest in each answer's own sample "
     "and have no interval."
 )
-
-
-LABELS = {
+_COLUMNS = {
     "set_flexor_tension": "to set in the flexor",
     "set_extensor_tension": "to set in the extensor",
     "pretension": "pretension to set",
@@ -73,6 +67,16 @@ LABELS = {
     "min_elbow_stiffness": "least elbow stiffness",
 }
 """Columns of choices that are compared, with their meaning: those that a gauge shows first."""
+_RESULTS_OF_MEMBERS = (
+    "pretension_from",
+    "pretension_to",
+    "from_by",
+    "to_by",
+    "from_condition",
+    "to_condition",
+    "served",
+)
+"""Columns of persons or draws that depend on the suit, besides those that say what to set."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +85,7 @@ class ComparedAnswer:
 
     answer: Answer
     record: AnswerRecord
+    """Its record, as the gauge of the answer shows pretensions."""
     choice: ChoiceRecord | None
     """The choice; None if the answer names none."""
 
@@ -93,8 +98,7 @@ class ComparedAnswer:
     @property
     def is_named_first(self) -> bool:
         """True if the choice is the one that the answer names first."""
-        best = self.record.best
-        return best is not None and best == self.choice
+        return self.choice is not None and self.choice == self.record.best
 
     @property
     def axes(self) -> dict[str, Value]:
@@ -102,12 +106,43 @@ class ComparedAnswer:
         if self.choice is None:
             return {}
         columns = [axis.column for axis in self.record.question.choices]
-        return {column: value_of(self.choice, column) for column in columns}
+        return {column: self.choice.columns[column] for column in columns}
 
-    def value(self, name: str) -> float | None:
-        """Return the value of a column of the choice; None if it has none."""
-        value = None if self.choice is None else value_of(self.choice, name)
-        return None if value is None else float(value)
+    @cached_property
+    def numbers(self) -> dict[str, float | None]:
+        """Numbers of the choice by their columns; None where it has none."""
+        numbers: dict[str, float | None] = dict.fromkeys((*_COLUMNS, "contact_width"))
+        if self.choice is None:
+            return numbers
+        numbers |= {name: getattr(self.choice, name) for name in _COLUMNS}
+        if not self.has_window:
+            numbers |= {"pretension_from": None, "pretension_to": None}
+        parts = self.record.parts_needed
+        if self.is_named_first and parts is not None and parts.strap is not None:
+            numbers["contact_width"] = parts.strap.least_width
+        return numbers
+
+    @cached_property
+    def members(self) -> tuple[str, Members]:
+        """Return "persons" or "draws", and the rows of the answer's own sample.
+
+        There are none without such a table, or if it is not of the choice that is compared.
+        """
+        population = self.record.population
+        if population is None or self.choice is None or population.choice != self.choice.choice:
+            return "", {}
+        known = {*self.answer.tables, *self.answer.table_files}
+        for kind in ("persons", "draws"):
+            if {kind, f"{kind}.parquet"} & known:
+                rows = self.answer.table(kind).to_pylist()
+                return kind, {_about(row): row for row in rows}
+        return "", {}
+
+    def serves(self, row: Mapping[str, Any]) -> bool:
+        """Return True if a row is of a member that is served: of several draws in enough."""
+        population = self.record.population
+        is_of_pairs = population is not None and population.kind == "pairs"
+        return bool(row["served"] >= (self.record.serve if is_of_pairs else 1.0) - ROUNDING)
 
 
 Pair: TypeAlias = tuple[ComparedAnswer, ComparedAnswer]
@@ -134,7 +169,16 @@ def compare_answers(
     """
     pair = _with_choices(answers, choice)
     notes: list[str] = []
-    paired = _paired(pair, notes, labels[1])
+    paired = _paired(pair)
+    if isinstance(paired, str):
+        notes.append(f"{labels[1]}: the shares cannot be compared one by one, because {paired}.")
+        paired = None
+    elif paired is not None:
+        of_fresh = "newly drawn persons" if paired.kind == "persons" else "new draws"
+        notes.append(
+            f"{labels[1]}: the same {paired.members:,} {of_fresh} judge both suits, computed again "
+            "for this comparison; all else comes from the records."
+        )
     for one, label in zip(pair, labels, strict=True):
         if one.choice is not None and not one.has_window:
             notes.append(
@@ -162,35 +206,28 @@ def compare_answers(
     )
 
 
-def _as_shown(record: AnswerRecord, choice: ChoiceRecord | None) -> ChoiceRecord | None:
-    """Return a choice with pretensions as the gauge of its answer shows them."""
-    is_own_f0 = record.question.shows_own_f0
-    return row_as_read(choice) if choice is not None and is_own_f0 else choice
-
-
 def _with_choices(answers: tuple[Answer, Answer], row: int | None) -> Pair:
     """Return answers with the choice of each that is compared."""
-    records = [as_answer(answer.record) for answer in answers]
-    first, second = (as_read(record) for record in records)
-    if row is None:
-        choices = (named_first(first), named_first(second))
-    else:
+    choices = [named_first(answer.answer) for answer in answers]
+    if row is not None:
         chosen = choice_in_row(answers[0], row)
-        other = same_choice(answers[1], chosen, first.question.choices)
-        choices = (_as_shown(records[0], chosen), _as_shown(records[1], other))
-    return (
-        ComparedAnswer(answers[0], first, choices[0]),
-        ComparedAnswer(answers[1], second, choices[1]),
-    )
+        axes = answers[0].answer.question.choices
+        choices = [chosen, same_choice(answers[1], chosen, axes)]
+    compared = []
+    for answer, choice in zip(answers, choices, strict=True):
+        record = answer.answer
+        if choice is not None and record.question.shows_own_f0:
+            choice = row_as_read(choice)  # noqa: PLW2901 - the same choice
+        compared.append(ComparedAnswer(answer, as_read(record), choice))
+    return compared[0], compared[1]
 
 
 def _sentence(one: ComparedAnswer) -> str:
     """Say what an answer says of the choice that is compared."""
     record = one.record
-    best = record.best
-    if best is not None and one.is_named_first:
-        return first_words(record, best)
-    if one.choice is None or best is None:
+    if record.best is not None and one.is_named_first:
+        return first_words(record, record.best)
+    if one.choice is None or record.best is None:
         return no_window_words(record)
     suit = suit_words(record.question, one.choice)
     return f"Choice {one.choice.choice}: {suit.words}, set to {bench_words(record, one.choice)}."
@@ -198,17 +235,15 @@ def _sentence(one: ComparedAnswer) -> str:
 
 def _binding(one: ComparedAnswer) -> BindingLimits | None:
     """Return the limits at both ends of the window, or of what comes nearest to one."""
-    if one.choice is None:
+    choice = one.choice
+    if choice is None:
         return None
     question = one.record.question
-    judged = one.choice.served_verified
+    judged = choice.served_verified
     return BindingLimits(
-        lower=one.choice.from_by,
-        upper=one.choice.to_by,
-        words=[
-            phrases.lower_words(question, one.choice),
-            phrases.upper_words(question, one.choice),
-        ],
+        lower=choice.from_by,
+        upper=choice.to_by,
+        words=[phrases.lower_words(question, choice), phrases.upper_words(question, choice)],
         fresh=None if judged is None else (judged.from_, judged.to),
     )
 
@@ -218,360 +253,229 @@ def _binding(one: ComparedAnswer) -> BindingLimits | None:
 
 def _numbers(pair: Pair, paired: PairedShares | None) -> Iterator[Number]:
     """Yield the quantities of both choices."""
-    first, second = pair
-    choices = [
+    words: list[Value] = [
         None if one.choice is None else phrases.choice_words(one.record.question, one.choice)
         for one in pair
     ]
-    if any(choices):
-        yield _number("choice", "choice", None, choices[0], choices[1])
-    does = [one.choice is not None and one.choice.feasible for one in pair]
-    yield _number("feasible", "keeps the limits for as many as asked", None, does[0], does[1])
-    where = first.axes if first.axes == second.axes else {}
+    if any(words):
+        yield _number("choice", "choice", None, words)
+    does: list[Value] = [one.choice is not None and one.choice.feasible for one in pair]
+    yield _number("feasible", "keeps the limits for as many as asked", None, does)
+    where = pair[0].axes if pair[0].axes == pair[1].axes else {}
     reads = sorted({one.record.question.read for one in pair})
-    labels = dict(LABELS)
+    labels = {**_COLUMNS, "contact_width": "strap width, at least"}
     if reads != ["pretension"]:
         labels["pretension"] = f"to set: {' or '.join(reads)}"
     for name, label in labels.items():
-        a, b = (_value(name, one) for one in pair)
-        if a is None and b is None:
+        values: list[Value] = [one.numbers[name] for one in pair]
+        has_neither = values == [None, None]
+        if has_neither or (name == "contact_width" and None in values):
             continue
-        units = sorted({_unit(name, one) for one in pair})
+        units = sorted({_unit(name, one.record.question.read) for one in pair})
         is_of_gauge = name.startswith("pretension")
         is_comparable = len(units) == 1 and (len(reads) == 1 or not is_of_gauge)
-        yield _number(
-            name,
-            label,
-            " or ".join(units),
-            a,
-            b,
-            _judge(name, pair) if is_comparable else None,
-            is_comparable=is_comparable,
-            where=where,
-        )
-    strap = _strap(pair)
-    if strap is not None:
-        yield strap
+        changes: dict[str, Any] = {} if is_comparable else {"change": math.inf}
+        verdict = _judge(name, pair) if is_comparable else None
+        unit = " or ".join(units)
+        place = {} if name == "contact_width" else where
+        yield _number(name, label, unit, values, verdict=verdict, where=place, **changes)
     if any(one.record.population is not None for one in pair):
         yield _served(pair, paired)
 
 
 def _number(
-    name: str,
-    label: str,
-    unit: str | None,
-    a: Any,
-    b: Any,
-    verdict: Judgement | None = None,
-    *,
-    is_comparable: bool = True,
-    **more: Any,
+    name: str, label: str, unit: str | None, values: Sequence[Value], **more: Any
 ) -> Number:
     """Return a quantity of both choices with its change; words and truths have no unit."""
-    change = 0.0 if a == b else math.inf
-    most = None
-    if unit is not None and a is not None and b is not None:
-        most = abs(b - a)
-        if a != b:
-            change = most / max(abs(a), abs(b))
-    if not is_comparable:
-        change = math.inf
-    rows = int(a != b)
-    return Number(name, label, unit, a, b, verdict, change=change, most=most, rows=rows, **more)
+    kind = object if unit is None else np.float64
+    first, second = (np.array([value], kind) for value in values)
+    changes = Number.changes(first, second, is_flag=unit is None)
+    return Number(name, label, unit, values[0], values[1], **(changes | more))
 
 
-def _value(name: str, one: ComparedAnswer) -> float | None:
-    """Return a number of the choice; None if it has none, such as an end of an empty window."""
-    if name in ("pretension_from", "pretension_to") and not one.has_window:
-        return None
-    return one.value(name)
-
-
-def _unit(name: str, one: ComparedAnswer) -> str:
+def _unit(name: str, read: str) -> str:
     """Return the SI unit of a column of an answer; pretensions are in the unit that is read."""
     quantity = QUANTITIES[name]
-    if name in AS_READ:
-        quantity = in_unit_of_reading(quantity, one.record.question.read)
-    return quantity.unit
+    return (in_unit_of_reading(quantity, read) if name in AS_READ else quantity).unit
 
 
 def _judge(name: str, pair: Pair) -> Judgement | None:
     """Judge a column of the second answer beside that of the first; None if neither is better."""
-    first, second = pair
-    better = better_of(name)
-    if not better:
-        return None
     if name == "tolerance_length":
-        return _judge_tolerance(first, second)
-    before = first.value(name)
-    now = second.value(name)
-    if before is None or now is None or not (first.has_window and second.has_window):
+        return _judge_tolerance(pair)
+    if not all(one.has_window for one in pair):
         return None  # at the pretension of a choice without a window nothing is worth comparing
-    if better < 0:
+    better = better_of(name)
+    before, now = (one.numbers[name] for one in pair)
+    if better < 0 and before is not None and now is not None:
         before = abs(before)
         now = abs(now)
     return judge(better, before, now)
 
 
-def _judge_tolerance(first: ComparedAnswer, second: ComparedAnswer) -> Judgement:
+def _judge_tolerance(pair: Pair) -> Judgement | None:
     """Judge how far the setting of the second answer may be off beside that of the first.
 
     Where both answers have a window of a fresh sample, too, a difference counts if both samples
     show it.
     """
-    own = judge(1, _length(first), _length(second))
-    before = _fresh_ratio(first)
-    now = _fresh_ratio(second)
-    if before is None or now is None or own == "no difference":
+    (before, fresh_before), (now, fresh_now) = (_lengths(one) for one in pair)
+    own = judge(1, before, now)
+    if fresh_before is None or fresh_now is None or own == "no difference":
         return own
-    fresh = judge(1, _length(first) * before, _length(second) * now)
-    return own if fresh == own else "no difference"
+    return own if judge(1, fresh_before, fresh_now) == own else "no difference"
 
 
-def _length(one: ComparedAnswer) -> float:
-    """Return half the window as a length of both tendons, m; 0 without a window."""
-    if not one.has_window or one.choice is None:
-        return 0.0
-    length = one.choice.tolerance_length
-    return math.inf if length is None else length
-
-
-def _fresh_ratio(one: ComparedAnswer) -> float | None:
-    """Return the width of the fresh sample's window over that of the own; None without either."""
-    if not one.has_window or one.choice is None:
-        return None
-    judged = one.choice.served_verified
-    low = one.choice.pretension_from
-    high = one.choice.pretension_to
-    if judged is None or low is None or high is None or high == low:
-        return None
-    if judged.from_ is None or judged.to is None:
-        return None
-    return (judged.to - judged.from_) / (high - low)
-
-
-def _strap(pair: Pair) -> Number | None:
-    """Return the least width of the strap, if both answers name their choice first and have one."""
-    widths = []
-    for one in pair:
-        parts = one.record.parts_needed
-        if not one.is_named_first or parts is None or parts.strap is None:
-            return None
-        widths.append(parts.strap.least_width)
-    a, b = widths
-    return _number("contact_width", "strap width, at least", "m", a, b, judge(-1, a, b))
+def _lengths(one: ComparedAnswer) -> tuple[float, float | None]:
+    """Return half the window as a length of both tendons, m, of the own and of the fresh sample."""
+    choice = one.choice
+    if choice is None or not one.has_window:
+        return 0.0, None
+    own = math.inf if choice.tolerance_length is None else choice.tolerance_length
+    low = choice.pretension_from
+    high = choice.pretension_to
+    judged = choice.served_verified
+    if judged is None or judged.from_ is None or judged.to is None:
+        return own, None
+    if low is None or high is None or high == low:
+        return own, None
+    return own, own * (judged.to - judged.from_) / (high - low)
 
 
 # --- Whom they serve ------------------------------------------------------------------------------
 
 
-def _paired(pair: Pair, notes: list[str], label: str) -> PairedShares | None:
-    """Return the shares of two answers among the same fresh members; None, and a note, if not.
+def _paired(pair: Pair) -> PairedShares | str | None:
+    """Return the shares of two answers among the same fresh members, or why there are none.
 
-    Answers without persons and draws have nothing to pair, and need no note.
+    Answers without persons and draws have nothing to pair, and need no reason.
     """
     first, second = pair
-    if first.record.population is None or second.record.population is None:
+    if any(one.record.population is None for one in pair):
         return None
     if first.choice is None or second.choice is None:
         return None
-    studies = (first.answer.study, second.answer.study)
-    paired = paired_shares(studies, (first.choice, second.choice))
-    if isinstance(paired, str):
-        notes.append(f"{label}: the shares cannot be compared one by one, because {paired}.")
-        return None
-    of_fresh = "newly drawn persons" if paired.kind == "persons" else "new draws"
-    notes.append(
-        f"{label}: the same {paired.members:,} {of_fresh} judge both suits, computed again for "
-        "this comparison; all else comes from the records."
-    )
-    return paired
+    return paired_shares((first.answer.study, second.answer.study), (first.choice, second.choice))
 
 
 def _served(pair: Pair, paired: PairedShares | None) -> Number:
     """Return the share that each answer serves, with the interval of the difference."""
-    first, second = pair
-    a = _share(first)
-    b = _share(second)
-    spans = (_span(first), _span(second))
+    (a, of_a), (b, of_b) = (_share(one) for one in pair)
     interval = None
     if paired is not None:
         a = paired.first
         b = paired.second
-        spans = (paired.of_first, paired.of_second)
+        of_a = paired.of_first
+        of_b = paired.of_second
         interval = paired.interval
-    is_comparable = _counted(first) == _counted(second)  # a share of draws is none of persons
-    has_both = a is not None and b is not None and None not in spans
-    if paired is None and is_comparable and has_both:
-        interval = unpaired_interval(a or 0.0, spans[0] or (), b or 0.0, spans[1] or ())
+    fresh = [one.record.verified_by for one in pair]
+    counted = {
+        one.record.question.counted if judged is None else judged.kind
+        for one, judged in zip(pair, fresh, strict=True)
+    }
+    is_comparable = len(counted) == 1  # a share of draws is none of persons
+    has_both = a is not None and b is not None
+    if interval is None and is_comparable and has_both and of_a is not None and of_b is not None:
+        interval = unpaired_interval(a or 0.0, of_a, b or 0.0, of_b)
     verdict: Judgement | None = None
     if interval is not None:
         low, high = interval
         verdict = "no difference"
         if low > 0.0 or high < 0.0:
             verdict = "better" if low > 0.0 else "worse"
-    elif is_comparable and a is not None and b is not None:
+    elif is_comparable:
         verdict = judge(1, a, b)
+    changes: dict[str, Any] = {} if is_comparable else {"change": math.inf}
     return _number(
         "served",
         "share served",
         "1",
-        a,
-        b,
-        verdict,
-        is_comparable=is_comparable,
+        (a, b),
+        verdict=verdict,
         interval=interval,
-        spans=spans,
+        spans=(of_a, of_b),
+        **changes,
     )
 
 
-def _counted(one: ComparedAnswer) -> str:
-    """Return the noun for what an answer counts: "persons", "draws", "conditions"."""
-    fresh = one.record.verified_by
-    return one.record.question.counted if fresh is None else fresh.kind
+def _share(one: ComparedAnswer) -> tuple[float | None, Sequence[float] | None]:
+    """Return the share that a choice serves, of a fresh sample if there is one, and its interval.
 
-
-def _share(one: ComparedAnswer) -> float | None:
-    """Return the share that a choice serves: of the fresh sample if there is one."""
-    if one.choice is None:
-        return None
-    judged = one.choice.served_verified
-    return one.choice.served_at if judged is None else judged.value
-
-
-def _span(one: ComparedAnswer) -> Sequence[float] | None:
-    """Return the 95 % interval of the share that a choice serves; None without one."""
-    if one.choice is None:
-        return None
-    judged = one.choice.served_verified
-    if judged is not None:
-        return judged.interval_95
+    The interval is of 95 %; None without one.
+    """
+    choice = one.choice
+    if choice is None:
+        return None, None
+    if choice.served_verified is not None:
+        return choice.served_verified.value, choice.served_verified.interval_95
     population = one.record.population
-    is_of_choice = population is not None and population.choice == one.choice.choice
-    return population.interval_95 if population is not None and is_of_choice else None
+    is_of_choice = population is not None and population.choice == choice.choice
+    span = population.interval_95 if population is not None and is_of_choice else None
+    return choice.served_at, span
 
 
 def _moves(
     pair: Pair, paired: PairedShares | None, differences: Sequence[Difference]
 ) -> tuple[Move | None, Move | None]:
     """Return whom the second answer serves and the first does not, and the other way round."""
-    before, now = (_served_by_name(one) for one in pair)
-    if before is None or now is None or not _are_the_same(before, now, pair, differences):
-        before = {}
-        now = {}
-    if not before and paired is None:
+    is_same = _are_the_same(pair, differences)
+    if not is_same and paired is None:
         return None, None
-    gained = [member for member in before if now[member] and not before[member]]
-    lost = [member for member in before if before[member] and not now[member]]
     moves = []
-    for one, members, is_gain in ((pair[0], gained, True), (pair[1], lost, False)):
-        names = [str(member[0]) for member in members]
-        kind = _members(one)
-        move = Move(
-            kind=kind,
-            count=len(names),
-            of=len(before),
-            share=len(names) / (len(before) or 1),
-            names=names[:MOST_NAMES],
-            named=len(names),
-            named_kind=kind,
-            named_of=len(before),
-        )
-        of_fresh = None
+    for place in (0, 1):
+        loser = pair[place]
+        other = pair[1 - place]
+        kind, rows = loser.members if is_same else ("", {})
+        missed = [
+            row
+            for member, row in rows.items()
+            if other.serves(other.members[1][member]) and not loser.serves(row)
+        ]
+        why = [Unserved(str(_about(row)[0]), _why(loser, row)) for row in missed[:MOST_NAMES]]
+        move = Move.named_ones(kind, len(missed), len(rows), why)
+        move = replace(move, why=why[:_MOST_REASONS])
         if paired is not None:
-            of_fresh = paired.gained_one if is_gain else paired.lost_one
+            fresh = paired.moved[place]
             move = replace(
                 move,
                 kind=paired.kind,
-                count=paired.gained_members if is_gain else paired.lost_members,
+                count=fresh.members,
                 of=paired.members,
-                share=paired.gained if is_gain else paired.lost,
-                named_kind=kind if before else paired.kind,
+                share=fresh.share,
+                named_kind=kind or paired.kind,
             )
-        moves.append(replace(move, why=[*_why_unserved(one, names, of_fresh)]))
+            if not why and fresh.farthest is not None:
+                # Scales of a person's anchors have no key, and are not among a study's numbers.
+                stated = [one for one in fresh.farthest.numbers.items() if one[0] in keys()]
+                numbers = ", ".join(parameter(key, value) for key, value in stated)
+                move = replace(move, why=[Unserved(numbers, fresh.farthest.limit)])
+        moves.append(move)
     return moves[0], moves[1]
 
 
-def _are_the_same(
-    before: Mapping[Member, bool],
-    now: Mapping[Member, bool],
-    pair: Pair,
-    differences: Sequence[Difference],
-) -> bool:
+def _about(row: Mapping[str, Any]) -> tuple[Any, ...]:
+    """Return the name of a person or draw, and all that is known of it, whatever the suit is."""
+    return tuple(
+        value
+        for name, value in row.items()
+        if name not in _RESULTS_OF_MEMBERS and not name.startswith("set_")
+    )
+
+
+def _why(one: ComparedAnswer, row: Mapping[str, Any]) -> str:
+    """Return the limit by which an answer does not serve a member of its own sample."""
+    low = row["pretension_from"]
+    is_low = low is None or (one.numbers["pretension"] or 0.0) < low
+    return row["from_by" if is_low else "to_by"] or ""
+
+
+def _are_the_same(pair: Pair, differences: Sequence[Difference]) -> bool:
     """Return True if members of the same name are the same persons or draws in both answers."""
+    (_, before), (_, now) = (one.members for one in pair)
     question = pair[0].record.question
-    if before.keys() != now.keys():
+    if not before or before.keys() != now.keys():
         return False
     if "draw" in question.counts and why_other_draws(*(one.answer.study for one in pair)):
         return False
     drawn = tuple(f"table.{axis.column}." for axis in question.conditions if axis.drawn)
-    return not any(difference.key.startswith(drawn) for difference in differences)
-
-
-_RESULTS_OF_MEMBERS = (
-    "pretension_from",
-    "pretension_to",
-    "from_by",
-    "to_by",
-    "from_condition",
-    "to_condition",
-    "served",
-)
-"""Columns of persons or draws that depend on the suit, besides those that say what to set."""
-
-
-def _members(one: ComparedAnswer) -> str:
-    """Return "persons" or "draws", the table of an answer's own sample.
-
-    It is empty if there is no such table, or if it is not of the choice that is compared.
-    """
-    population = one.record.population
-    if population is None or one.choice is None or population.choice != one.choice.choice:
-        return ""
-    known = (*one.answer.tables, *one.answer.table_files)
-    return next((name for name in ("persons", "draws") if {name, f"{name}.parquet"} & {*known}), "")
-
-
-def _served_by_name(one: ComparedAnswer) -> dict[Member, bool] | None:
-    """Return for each person or draw of an answer's own sample whether it is served.
-
-    A person of several draws is served if enough of them are. None without a table.
-    """
-    table = _members(one)
-    population = one.record.population
-    if not table or population is None:
-        return None
-    rows = one.answer.table(table)
-    enough = one.record.serve if population.kind == "pairs" else 1.0
-    served = as_numpy(rows.column("served")) >= enough - ROUNDING
-    about = [
-        rows.column(name).to_pylist()
-        for name in rows.column_names
-        if name not in _RESULTS_OF_MEMBERS and not name.startswith("set_")
-    ]
-    return dict(zip(zip(*about, strict=True), served.tolist(), strict=True))
-
-
-def _why_unserved(
-    one: ComparedAnswer, names: Sequence[str], of_fresh: UnservedMember | None
-) -> Iterator[Unserved]:
-    """Yield the limits by which an answer loses persons or draws that the other one serves.
-
-    Args:
-        one: The answer that does not serve them.
-        names: Names of such members of its own sample.
-        of_fresh: Such a member of the fresh sample of both answers, if none has a name.
-    """
-    if names:
-        table = one.answer.table(_members(one))
-        places = {str(name): row for row, name in enumerate(table.column(0).to_pylist())}
-        set_to = one.value("pretension") or 0.0
-        for name in names[:_MOST_REASONS]:
-            (row,) = table.slice(places[name], 1).to_pylist()
-            is_low = row["pretension_from"] is None or set_to < row["pretension_from"]
-            yield Unserved(name, row["from_by" if is_low else "to_by"] or "")
-    elif of_fresh is not None:
-        # Scales of a person's anchors have no key, and are not among the numbers of a study.
-        stated = {key: value for key, value in of_fresh.numbers.items() if key in keys()}
-        numbers = ", ".join(parameter(key, value) for key, value in stated.items())
-        yield Unserved(numbers, of_fresh.limit)
+    return not any(found.key.startswith(drawn) for found in differences)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.checks.breaches import breaches_in, columns_that_judge
-from tendon_cli.checks.comparison_record import Value
+from tendon_cli.checks.compared import Value
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.engine.table_columns import JUDGEMENTS
@@ -32,23 +32,20 @@ FLAGS = ("status", *JUDGEMENTS)
 """Columns of words, and of true or false, which are compared exactly."""
 _RESULTS = {*OF_DESIGNS, *OF_CYCLES, *OF_TRAJECTORIES, *OF_STATES, *OF_MOTION_STATES, *FLAGS}
 """Columns that are computed; the others define the design or state of a row."""
-
-Breaking = dict[str, set[int]]
-"""Rows that break each limit, by its name; slack and no equilibrium count as limits."""
+_OWNERS = ("the first", "the second")
 
 
 @dataclass(frozen=True)
 class TablePair:
     """Two tables of one kind, and the rows that both have, in the same order from either side."""
 
-    first: Cube
-    second: Cube
+    cubes: tuple[Cube, Cube]
     axes: tuple[Axis, ...]
     """Axes that both have, by their columns."""
     places: tuple[Mapping[str, Rows], Mapping[str, Rows]]
     """Common positions on each axis of either table, by its column."""
-    left_out: Mapping[str, str] = field(default_factory=dict)
-    """Values that only one of them has, in words, by the key of the axis."""
+    left_out: Mapping[str, str]
+    """Values and columns that only one of them has, in words, by key or name."""
 
     @classmethod
     def of(cls, first: Cube, second: Cube) -> TablePair:
@@ -67,10 +64,8 @@ class TablePair:
                 common.append(axes[0])
                 found = _common(axes[0], axes[1])
             else:
-                found = (
-                    np.zeros(1, np.int64) if axes[0] is None else _single(axes[0], second.study),
-                    np.zeros(1, np.int64) if axes[1] is None else _single(axes[1], first.study),
-                )
+                # The other table has the axis's only value, if its study says it.
+                found = (_single(axes[0], second.study), _single(axes[1], first.study))
             only = []
             for place, (axis, of_both) in enumerate(zip(axes, found, strict=True)):
                 if axis is None:
@@ -78,83 +73,70 @@ class TablePair:
                 places[place][axis.column] = of_both
                 if len(axis) > len(of_both):
                     values = say.counted(len(axis) - len(of_both), "value")
-                    only.append(f"{values} in {('the first', 'the second')[place]} only")
+                    only.append(f"{values} in {_OWNERS[place]} only")
             if only:
                 left_out[key] = f"{key}: {', '.join(only)}"
-        return cls(first, second, tuple(common), places, left_out)
+        results = (_results(first), _results(second))
+        for place, owner in enumerate(_OWNERS):
+            for name in results[place]:
+                if name not in results[1 - place]:
+                    whole = f"{first.kind}.{name}"
+                    left_out[whole] = f"{whole}: a column in {owner} only"
+        return cls((first, second), tuple(common), places, left_out)
 
     @property
-    def shape(self) -> tuple[int, ...]:
-        """Number of common values on each axis."""
-        return tuple(len(self.places[0][axis.column]) for axis in self.axes)
-
-    @property
-    def rows(self) -> int:
-        """Number of common rows."""
-        return int(np.prod(self.shape))
+    def kind(self) -> str:
+        """Name of the tables: designs, or states."""
+        return self.cubes[0].kind
 
     @property
     def columns(self) -> list[str]:
         """Results that both tables have."""
-        return [name for name in _results(self.first) if name in _results(self.second)]
+        return [name for name in _results(self.cubes[0]) if name in _results(self.cubes[1])]
 
-    @property
-    def columns_of_one(self) -> Iterator[tuple[str, str]]:
-        """Results that only one of the tables has, each with words for it."""
-        common = self.columns
-        for cube, owner in ((self.first, "the first"), (self.second, "the second")):
-            for name in _results(cube):
-                if name not in common:
-                    whole = f"{cube.kind}.{name}"
-                    yield whole, f"{whole}: a column in {owner} only"
+    @cached_property
+    def rows(self) -> tuple[Rows, Rows]:
+        """Numbers of the common rows in either table, one dimension for each common axis."""
+        order = [axis.column for axis in self.axes]
+        first, second = (
+            cube.rows(order, of_cube) for cube, of_cube in zip(self.cubes, self.places, strict=True)
+        )
+        return first, second
 
     def both(self, name: str) -> tuple[ColumnArray, ColumnArray]:
         """Return a column of both tables, on the rows that both have."""
-        return self._column(0, name), self._column(1, name)
-
-    def _column(self, place: int, name: str) -> ColumnArray:
-        """Return a column of the first table, 0, or the second, 1, on the rows that both have."""
-        cube = (self.first, self.second)[place]
-        order = [axis.column for axis in self.axes]
-        return cube.gather(cube.rows(order, self.places[place]), [name])[name].ravel()
+        first, second = (
+            cube.gather(rows, [name])[name].ravel()
+            for cube, rows in zip(self.cubes, self.rows, strict=True)
+        )
+        return first, second
 
     def where(self, row: int) -> dict[str, Value]:
         """Return the values of a common row on the axes."""
         values: dict[str, Value] = {}
-        for axis, place in zip(self.axes, np.unravel_index(row, self.shape), strict=True):
+        places = np.unravel_index(row, self.rows[0].shape)
+        for axis, place in zip(self.axes, places, strict=True):
             value = axis.values[self.places[0][axis.column][place]]
             values[axis.column] = str(value) if axis.is_text else float(value)
         return values
 
-    def breaking(self, place: int) -> Breaking:
-        """Return the common rows that break each limit in the first table, 0, or the second, 1."""
-        cube = (self.first, self.second)[place]
+    def broken(self, place: int, row: int) -> list[str]:
+        """Return the limits that a common row breaks in the first table, 0, or the second, 1.
+
+        Slack and no equilibrium count as limits.
+        """
+        cube = self.cubes[place]
         names = [name for name in columns_that_judge(cube) if name in cube.columns]
-        columns: dict[str, Any] = {name: self._column(place, name) for name in names}
-        columns["design"] = np.arange(self.rows)
-        found: Breaking = defaultdict(set)
+        rows = self.rows[place].ravel()[[row]]
+        columns: dict[str, Any] = {"design": rows, **cube.gather(rows, names)}
         bounds = {limit: cube.bound(limit, columns) for limit in cube.limits}
-        for breach in breaches_in(columns, bounds):
-            found[breach["limit"]].add(breach["design"])
-        return found
+        return [*dict.fromkeys(breach["limit"] for breach in breaches_in(columns, bounds))]
 
 
 def _results(cube: Cube) -> list[str]:
     """Return the columns of a table that are computed."""
-    if cube.table is None:
-        return []
-    return [name for name in cube.table.schema.names if name in _RESULTS]
-
-
-def difference(
-    first: ColumnArray, second: ColumnArray, *, is_flag: bool
-) -> npt.NDArray[np.float64]:
-    """Return the difference in each row: for flags 0 or 1; infinite if only one value is null."""
-    if is_flag:
-        return np.asarray(first != second, dtype=np.float64)
-    one_is_null = np.isnan(first) != np.isnan(second)
-    with np.errstate(invalid="ignore"):  # two infinite values do not differ
-        return np.where(one_is_null, np.inf, np.abs(np.nan_to_num(first - second)))
+    names: list[str] = [] if cube.table is None else cube.table.schema.names
+    return [name for name in names if name in _RESULTS]
 
 
 def _common(first: Axis, second: Axis) -> tuple[Rows, Rows]:
@@ -169,14 +151,14 @@ def _common(first: Axis, second: Axis) -> tuple[Rows, Rows]:
     return ours[order], theirs[order]
 
 
-def _single(axis: Axis, other: Study) -> Rows:
+def _single(axis: Axis | None, other: Study) -> Rows:
     """Find the position on an axis of the single value that the other study has of it."""
-    number = other.numbers.get(axis.key)
-    if number is not None and not (number.is_axis or number.is_interval):
+    number = None if axis is None else other.numbers.get(axis.key)
+    if axis is not None and number is not None and not (number.is_axis or number.is_interval):
         places = np.flatnonzero(_tokens(axis) == _token(number.single))
         if len(places):
             return places[:1].astype(np.int64)
-    if len(axis) == 1:
+    if axis is None or len(axis) == 1:
         return np.zeros(1, dtype=np.int64)
     raise UsageError(
         f"only one of the runs has the axis {axis.key}, "

@@ -345,7 +345,7 @@ def _choices_and_record(source: Path) -> tuple["Cube", dict[str, Any]]:
         UsageError: The folder holds something else.
     """
     from tendon_cli.answers.answer import Answer
-    from tendon_cli.cube.cube import choices_of
+    from tendon_cli.cube.cube import cube_in
     from tendon_cli.engine.results import open_result
 
     answer = open_result(source)
@@ -356,7 +356,7 @@ def _choices_and_record(source: Path) -> tuple["Cube", dict[str, Any]]:
             where=str(source),
             hint=hint,
         )
-    return choices_of(answer.kept("choices"), answer.study), answer.record
+    return cube_in(answer, "choices"), answer.record
 
 
 def _angle(text: str) -> float:

@@ -23,6 +23,7 @@ from tendon_cli.cube.room import (
     has_bounded_column,
     room_to,
 )
+from tendon_cli.engine.results import Result
 from tendon_cli.engine.states import WorkedOut
 from tendon_cli.engine.sweep_kind import DEFINING, SWEEP
 from tendon_cli.errors import InputError, TendonError, UsageError
@@ -35,7 +36,7 @@ from tendon_cli.studies.filters import Condition, Filter
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import Study
-from tendon_cli.tables.read import AnyTable
+from tendon_cli.tables.read import AnyTable, TableInMemory
 from tendon_cli.tables.schema import as_numpy
 from tendon_cli.units import shorten
 
@@ -375,9 +376,11 @@ class CubeAsRead(Cube):
         return {column: read[name] for column, name in names.items()}
 
 
-def choices_of(table: AnyTable, study: Study | None = None) -> Cube:
-    """Return the choices of an answer by their axes; raises as `cube_of` does."""
-    return cube_of(table, study, ("choices",))
+def cube_in(result: Result, table: str) -> Cube:
+    """Return a table of a result, in its folder or in memory; raises as `cube_of` does."""
+    in_memory = result.folder is None
+    opened = TableInMemory(result.table(table)) if in_memory else result.kept(table)
+    return cube_of(opened, result.study, (table,))
 
 
 def study_of(table: AnyTable) -> Study:

@@ -8,7 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, as_answer, named_first
+from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, named_first
 from tendon_cli.answers.answer import Answer
 from tendon_cli.answers.choice_rows import choice_in_row
 from tendon_cli.answers.text_bench import suit_words
@@ -43,7 +43,7 @@ class ChosenSuit:
             UsageError: There is no such choice, or it has no pretension.
             InputError: A table is damaged.
         """
-        record = as_answer(answer.record)
+        record = answer.answer
         choice = named_first(record) if row is None else choice_in_row(answer, row)
         if choice is None or choice.pretension is None:
             raise UsageError(

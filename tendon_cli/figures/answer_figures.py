@@ -20,7 +20,7 @@ from tendon_cli.answer_record import (
     value_of,
 )
 from tendon_cli.cube.columns import column_named
-from tendon_cli.cube.cube import Cube, CubeAsRead, choices_of
+from tendon_cli.cube.cube import Cube, CubeAsRead, cube_of
 from tendon_cli.cube.labels import plain
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.answer_page import (
@@ -86,7 +86,7 @@ def draw_answer(
     """
     files: list[str] = []
     faults: list[str] = []
-    cube = choices_of(open_table(folder / "choices.parquet", by_name(record)), study)
+    cube = cube_of(open_table(folder / "choices.parquet", by_name(record)), study, ("choices",))
     for name, draw in _figures(folder, cube, record).items():
         try:
             files += [file.name for file in save_pages(numbered(draw(), out / f"{name}.png"))]
@@ -103,7 +103,7 @@ def _figures(
         name: partial(answer_pages, name, cube, record) for name in FIGURES if name != "between"
     }
     answer = as_answer(record)
-    if answer["population"] is not None:
+    if answer.population is not None:
         drawn["for_whom"] = partial(draw_population, "for_whom", folder, answer, record)
         drawn["how_sure"] = partial(draw_population, "how_sure", folder, answer, record)
     return drawn
@@ -274,7 +274,7 @@ def _find(cube: Cube, record: AnswerRecord, column: str) -> TradeOffRecord:
     known = {trade_off.column: trade_off for trade_off in record.trade_offs}
     if axis is not None and axis.column in known:
         return known[axis.column]
-    keys = [trade_off["key"] for trade_off in known.values()]
+    keys = [trade_off.key for trade_off in known.values()]
     hint = f"limits on which its choices differ: {', '.join(keys)}"
     if not keys:
         example = '[limits] max_tension = ["300 N", "400 N"]'
@@ -285,8 +285,8 @@ def _find(cube: Cube, record: AnswerRecord, column: str) -> TradeOffRecord:
 
 def _draw_first_trade_off(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> list[Page]:
     """Draw the trade-off along the first limit on which choices differ, if there is one."""
-    drawn = [of_limit for of_limit in record["trade_offs"] if any(of_limit["best"])]
-    return [draw_trade_off(cube, record, one, one["column"]) for one in drawn[:1]]
+    drawn = [of_limit for of_limit in record.trade_offs if any(of_limit.best)]
+    return [draw_trade_off(cube, record, one, one.column) for one in drawn[:1]]
 
 
 # --- The front ------------------------------------------------------------------------------------
@@ -298,12 +298,12 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> list[
     Returns:
         The page; none if there are fewer than two goals, or nothing on the front to draw.
     """
-    goals = record["goals"][:2]
-    best = record["best"]
-    if len(goals) < 2 or best is None or not record["front"] or cube.table is None:
+    goals = record.goals[:2]
+    best = record.best
+    if len(goals) < 2 or best is None or not record.front or cube.table is None:
         return []
-    names = [goal["column"] for goal in goals]
-    on_front = [row for row in record["front"] if _has_numbers(row, names)]
+    names = [goal.column for goal in goals]
+    on_front = [row for row in record.front if _has_numbers(row, names)]
     if not on_front:
         return []
     shown = [cube.shown(name) for name in names]
@@ -329,11 +329,11 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> list[
     if is_best_drawn:
         key.append(star(f"best compromise: {set_text(cube, record, best)}"))
     notes = []
-    endless = len(record["front"]) - len(on_front)
+    endless = len(record.front) - len(on_front)
     if endless:
         counted = say.counted(endless, "choice")
         notes.append(f"Not drawn: {counted} of the front whose window has no upper end.")
-    if len(record["goals"]) > 2:
+    if len(record.goals) > 2:
         notes.append("The front is one of more goals than the two drawn.")
     if cube.table.rows > _MOST_POINTS:
         drawn = f"{_MOST_POINTS:,} of {cube.table.rows:,} choices"
@@ -358,7 +358,7 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> list[
         _write_tolerances(panel, front, x, y, rows)
     panel.plot(best_x, best_y, **STAR)
     labels = [
-        f"{quantity.label}, the {'more' if goal['maximise'] else 'less'} the better"
+        f"{quantity.label}, the {'more' if goal.maximise else 'less'} the better"
         for quantity, goal in zip(shown, goals, strict=True)
     ]
     panel.set(xlabel=fitted(labels[0], 140.0), ylabel=fitted(labels[1], 90.0))
@@ -379,7 +379,7 @@ def _write_tolerances(
     """Write next to each choice of a front its rows of tables, and how far it may be off."""
     left, right = panel.get_xlim()
     for number, row in enumerate(front):
-        length = row["tolerance_length"]
+        length = row.tolerance_length
         text = "no upper end" if length is None else f"± {say.length_to_spare(length)}"
         if rows:
             parts = ", ".join(str(value_of(row, axis.column)) for axis in rows)

@@ -62,7 +62,7 @@ def answer_page(
             word = "table" if len(tables) == 1 else "tables"
             rest = f"all else from the {word} {say.join_words(tables)}, or by default"
         lines.append(f"With {', '.join(given)}; {rest}.")
-    name = record["title"] or record["name"]
+    name = record.title or record.name
     whole = f"{name}: {title}"
     return framed(
         whole,
@@ -82,7 +82,7 @@ def gauge_text(record: AnswerRecord, choice: ChoiceRecord) -> str:
     >>> gauge_text(record, choice)  # doctest: +SKIP
     '108.7 N in the flexor, 72.3 N in the extensor (F₀ = 83.74 N)'
     """
-    digits = record["question"].setting_digits
+    digits = record.question.setting_digits
     flexor, extensor, pretension = (
         None if value is None else say.quantity(name, value, digits)
         for name in ("set_flexor_tension", "set_extensor_tension", "pretension")
@@ -90,7 +90,7 @@ def gauge_text(record: AnswerRecord, choice: ChoiceRecord) -> str:
     )
     if flexor is None or extensor is None:
         return ""
-    has_f0 = pretension is not None and record["question"]["read"] == "pretension"
+    has_f0 = pretension is not None and record.question.read == "pretension"
     behind = f" (F₀ = {pretension})" if has_f0 else ""
     return f"{flexor} in the flexor, {extensor} in the extensor{behind}"
 
@@ -99,8 +99,8 @@ def set_text(cube: Cube, record: AnswerRecord, choice: ChoiceRecord) -> str:
     """Describe a choice by its values, and say what the gauges show, or else what is read."""
     text = choice_text(cube, choice)
     set_to = gauge_text(record, choice)
-    if not set_to and choice["pretension"] is not None:
-        value = f"{say.number(choice['pretension'])} {reading_unit(cube.document)}"
+    if not set_to and choice.pretension is not None:
+        value = f"{say.number(choice.pretension)} {reading_unit(cube.document)}"
         words = reading(cube.document)
         set_to = f"F₀ = {value}" if words == "pretension" else f"{value} of {words}"
     return ": ".join(part for part in (text, set_to) if part)
@@ -119,17 +119,17 @@ def is_settable(record: AnswerRecord, length: ColumnArray, half: ColumnArray) ->
         length: Tolerances as a length of both tendons, m; infinite without an upper end.
         half: Half the windows, N.
     """
-    question = record["question"]
-    accuracy = question["accuracy"]
+    question = record.question
+    accuracy = question.accuracy
     with np.errstate(invalid="ignore"):
-        if accuracy["tension"] is not None:
-            return np.asarray(half >= question["needed"] * accuracy["tension"])
-        return np.asarray(length >= question["needed"] * (accuracy["length"] or 0.0))
+        if accuracy.tension is not None:
+            return np.asarray(half >= question.needed * accuracy.tension)
+        return np.asarray(length >= question.needed * (accuracy.length or 0.0))
 
 
 def settable_label(record: AnswerRecord) -> str:
     """Say what it takes to be set well enough: "can be set well enough (± 6 mm)"."""
-    return f"can be set well enough (± {say.tolerance_that_is_enough(record['question'])})"
+    return f"can be set well enough (± {say.tolerance_that_is_enough(record.question)})"
 
 
 def choice_text(cube: Cube, choice: ChoiceRecord) -> str:

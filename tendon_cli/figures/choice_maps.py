@@ -121,9 +121,9 @@ def draw_tolerance(
         settable = is_settable(record, length, 0.5 * (high - low))
     if longest is None:
         longest = largest(length[has_window])
-    decided = record["decided"]
+    decided = record.decided
     if longest == 0.0 and decided is not None:
-        longest = decided["needed"]
+        longest = decided.needed
     most = 1e3 * longest or 1.0
     values = np.where(has_window, np.minimum(1e3 * length, most), np.nan)
     reasons = conflicts_of(read, cube.limits)
@@ -153,7 +153,7 @@ def draw_served(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list[
         The pages; none if there are not two axes, or if the answer is not for a population.
     """
     axes = axes_of_choices(cube)
-    if axes is None or record["population"] is None:
+    if axes is None or record.population is None:
         return []
     grid, read = grid_of_choices(cube, axes)
     percent = 100.0 * read["served"]
@@ -175,8 +175,8 @@ def _slice_of(
 ) -> Slice:
     """Return a slice of choices, drawn in cells, with a star at the choice named first."""
     star = None
-    places = np.argwhere(grid.rows == chosen["choice"])
-    if chosen["feasible"] and len(places):
+    places = np.argwhere(grid.rows == chosen.choice)
+    if chosen.feasible and len(places):
         panel, row, column = places[0].tolist()
         star = (panel, row, column)
     others = np.zeros(values.shape, dtype=np.bool_)

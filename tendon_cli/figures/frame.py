@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from tendon_cli.answer_record import AnswerRecord
 from tendon_cli.cube.labels import plain, with_symbols, without_formulas
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import (
@@ -29,7 +30,6 @@ from tendon_cli.figures.backend import (
 from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, named, preview, render
 from tendon_cli.files import check_output, is_figure, result_path, write_output
 from tendon_cli.studies.study import Study
-from tendon_cli.typed_record import Record
 
 _POINT = 25.4 / 72.0
 """A point, mm."""
@@ -134,9 +134,9 @@ def numbered(pages: Sequence[Page], path: Path) -> list[tuple[Page, Path]]:
     return list(zip(pages, [path, *files], strict=False))
 
 
-def source_of(record: Mapping[str, Any] | Record) -> str:
+def source_of(record: AnswerRecord) -> str:
     """Return name and hash of the study of a record, by which `is_figure` knows a figure."""
-    return f"tendon study {record['name']} {record['study_hash']}"
+    return f"tendon study {record.name} {record.study_hash}"
 
 
 def source_of_study(study: Study) -> str:

@@ -22,7 +22,6 @@ from tendon_cli.answer_record import (
     SobolRecord,
     as_read,
     population_of,
-    value_of,
 )
 from tendon_cli.cube.choice_grid import pretension_name, upper_ends
 from tendon_cli.cube.labels import plain, with_symbols
@@ -75,7 +74,7 @@ def draw_population(
     if name == "how_sure":
         with house_style():
             return [how_sure(as_read(record))]
-    kind = "persons" if "person" in population_of(record)["counts"] else "draws"
+    kind = "persons" if "person" in population_of(record).counts else "draws"
     table = open_table(folder / f"{kind}.parquet", by_name(known)).read()
     rows = {name: as_numpy(table.column(name)) for name in table.column_names}
     if record.question.shows_own_f0 and record.best is not None:
@@ -86,7 +85,7 @@ def draw_population(
 
 def _reading_name(record: AnswerRecord) -> str:
     """Return the label of what is set, without its unit."""
-    return pretension_name({"setting": {"read": record["question"]["read"]}})
+    return pretension_name({"setting": {"read": record.question.read}})
 
 
 def _on_gauge(best: ChoiceRecord, pretensions: Array) -> Array:
@@ -115,29 +114,29 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
         rows: Table of persons, or of draws, by column.
     """
     population = population_of(record)
-    pretension = _nan_if_null(population["pretension"])
-    kind = "draws" if population["kind"] == "draws" else "persons"
+    pretension = _nan_if_null(population.pretension)
+    kind = "draws" if population.kind == "draws" else "persons"
     low = rows["pretension_from"]
     high = upper_ends(low, rows["pretension_to"])
-    is_served = rows["served"] >= min(1.0, record["serve"]) - 1e-9
+    is_served = rows["served"] >= min(1.0, record.serve) - 1e-9
     groups = [
         (is_served, _SERVED, "served"),
         ((low <= high) & ~is_served, _LEFT_OUT, "window elsewhere"),
         (low > high, FAINT, "no window: by how much the upper end lies below the lower one"),
     ]
-    band = [_nan_if_null(end) for end in population["window"]]
+    band = [_nan_if_null(end) for end in population.window]
     has_bodies = "weight" in rows and len(low) >= _FEWEST_BODIES
-    reasons = population["not_served"][:_MOST_REASONS] if has_bodies else []
+    reasons = population.not_served[:_MOST_REASONS] if has_bodies else []
     styles = [_reason_style(place) for place in range(len(reasons))]
     key: list[Any] = [
         Patch(facecolor=colour, label=label) for holds, colour, label in groups if holds.any()
     ]
     if np.isfinite(band).all():
-        label = f"between these lines at least {say.percent(record['serve'])} of them are served"
+        label = f"between these lines at least {say.percent(record.serve)} of them are served"
         key.append(key_line(label=label, **_LIMIT))
     key += _key_of_setting(record, pretension)
     for reason, style in zip(reasons, styles, strict=True):
-        key.append(key_line(label=with_symbols(reason["text"], width=60, lines=2), **style))
+        key.append(key_line(label=with_symbols(reason.text, width=60, lines=2), **style))
     balanced = np.flatnonzero(~np.isnan(low))
     unbalanced = len(low) - len(balanced)
     notes = []
@@ -149,7 +148,7 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
         notes.append(
             f"Shown: {_MOST_LINES:,} of {len(balanced):,} windows, evenly spaced in their order."
         )
-    page = framed(population["title"], 68.0, key, notes, study=source_of(record), is_of_answer=True)
+    page = framed(population.title, 68.0, key, notes, study=source_of(record), is_of_answer=True)
     widths = [1.5, 1.0] if has_bodies else [1.0]
     panels = panels_of(page, 1, len(widths), len(widths), width_ratios=widths)
     order = balanced[np.lexsort((high[balanced], low[balanced]))]
@@ -173,7 +172,7 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
     axes.set(
         xlim=(0.0, 100.0),
         ylim=(0.0, max(axes.get_ylim()[1], 1.05 * float(low[order].max(initial=0.0)))),
-        ylabel=f"{name} ({record['question']['unit']})",
+        ylabel=f"{name} ({record.question.unit})",
         xlabel=f"{kind}, sorted by the least {name.partition(' in the ')[0]} they need (%)",
     )
     if has_bodies:
@@ -186,8 +185,8 @@ def _key_of_setting(record: AnswerRecord, pretension: float) -> list[Line2D]:
     """Return the key to the line of the pretension that is set, if there is one."""
     if not np.isfinite(pretension):
         return []
-    best = record["best"]
-    question = record["question"]
+    best = record.best
+    question = record.question
     text = f"{say.number(pretension, question.setting_digits)} {question.unit}"
     label = f"set: {(best and gauge_text(record, best)) or text}"
     return [key_line(color=INK, linewidth=0.9, label=label)]
@@ -222,9 +221,9 @@ def _draw_bodies(
         styles: Marker of each group.
     """
     deviations = dict.fromkeys(_USUAL, 0.0)
-    for reason in population["not_served"]:
-        for name, body in reason["bodies"].items():
-            weighted = reason["share"] * abs(body["deviations"])
+    for reason in population.not_served:
+        for name, body in reason.bodies.items():
+            weighted = reason.share * abs(body.deviations)
             deviations[name] = deviations.get(name, 0.0) + weighted
     names = sorted(deviations, key=lambda name: -deviations[name])[:2]
     x, y = (rows[name] / say.factor_of(QUANTITIES[name]) for name in names)
@@ -245,8 +244,8 @@ def members(rows: Table, reason: ReasonRecord, pretension: float) -> npt.NDArray
     """
     low = rows["pretension_from"]
     high = rows["pretension_to"]
-    limits = reason["limits"]
-    needs = reason["needs"]
+    limits = reason.limits
+    needs = reason.needs
     with np.errstate(invalid="ignore"):
         has_window = ~np.isnan(low) & ~(low > high)
         if needs == "more":
@@ -265,21 +264,21 @@ def how_sure(record: AnswerRecord) -> Page:
     Next to it Sobol indices are drawn as bars, if the record has them.
     """
     population = population_of(record)
-    ends = population["sobol"]
-    pretension = _nan_if_null(population["pretension"])
-    enough = 100.0 * record["serve"]
+    ends = population.sobol
+    pretension = _nan_if_null(population.pretension)
+    enough = 100.0 * record.serve
     key: list[Any] = [key_line(label=f"enough: {enough:g} %", **_ENOUGH)]
     key += _key_of_setting(record, pretension)
     if ends:
         key += [Patch(facecolor=colour, label=label) for label, colour in _INDICES.values()]
-    page = framed(population["title"], 66.0, key, study=source_of(record), is_of_answer=True)
+    page = framed(population.title, 66.0, key, study=source_of(record), is_of_answer=True)
     widths = [1.6, *[1.0] * len(ends)]
     axes, *panels = panels_of(page, 1, len(widths), len(widths), width_ratios=widths)
     for place, (panel, end) in enumerate(zip(panels, ends, strict=True)):
-        _draw_bars(panel, end, record["question"]["unit"], with_names=place == 0)
-    curve = population["curve"]
-    along = np.array(curve["pretension"])
-    share, low, high = (100.0 * np.array(curve[name]) for name in ("share", "low", "high"))
+        _draw_bars(panel, end, record.question.unit, with_names=place == 0)
+    curve = population.curve
+    along = np.array(curve.pretension)
+    share, low, high = (100.0 * np.array(values) for values in (curve.share, curve.low, curve.high))
     axes.fill_between(along, low, high, step="post", color=_CURVE, alpha=0.22, linewidth=0.0)
     axes.plot(along, share, drawstyle="steps-post", color=_CURVE)
     axes.axhline(enough, **_ENOUGH)
@@ -288,22 +287,22 @@ def how_sure(record: AnswerRecord) -> Page:
         axes.set_xlim(along[0], along[-1])
     axes.set_ylim(0.0, 104.0)
     axes.set_ylabel("share in the window (%), 95 % band")
-    axes.set_xlabel(f"{_reading_name(record)} ({record['question']['unit']})")
+    axes.set_xlabel(f"{_reading_name(record)} ({record.question.unit})")
     return page
 
 
 def _draw_bars(axes: Axes, end: SobolRecord, unit: str, *, with_names: bool) -> None:
     """Draw the Sobol indices of one end of the window, in per cent of its variance."""
-    inputs = end["inputs"].values()
+    inputs = end.inputs.values()
     place = np.arange(len(inputs), dtype=np.float64)[::-1]
     for shift, (order, (_, colour)) in zip((0.2, -0.2), _INDICES.items(), strict=True):
-        share = np.array([value_of(item, order) for item in inputs])
-        error = np.array([value_of(item, f"{order}_standard_error") for item in inputs])
+        share = np.array([getattr(item, order) for item in inputs])
+        error = np.array([getattr(item, f"{order}_standard_error") for item in inputs])
         axes.barh(place + shift, 100 * share, 0.36, xerr=196 * error, color=colour, **_ERRORS)
-    names = [plain(item["name"], width=18) if with_names else "" for item in inputs]
+    names = [plain(item.name, width=18) if with_names else "" for item in inputs]
     axes.set_yticks(place, names)
     axes.set(xlabel="share of its variance (%)")
     axes.set_xlim(left=0.0)
-    which = "lower" if end["end"] == "pretension_from" else "upper"
-    deviation = say.number(end["standard_deviation"], 2)
+    which = "lower" if end.end == "pretension_from" else "upper"
+    deviation = say.number(end.standard_deviation, 2)
     axes.set_title(plain(f"{which} end, ± {deviation} {unit}"), loc="left")

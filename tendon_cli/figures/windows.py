@@ -262,7 +262,7 @@ def _window_pages(
     height: float = 62.0,
 ) -> list[Page]:
     """Draw windows along each of some axes in a panel of a height in mm."""
-    pretension = chosen["pretension"] if chosen["feasible"] else None
+    pretension = chosen.pretension if chosen.feasible else None
     colours = limit_colours(name for part in parts for name in part.windows.limits)
     key = window_key([part.windows for part in parts], colours, cube.limits, meaning)
     if pretension is not None:
@@ -315,7 +315,7 @@ def draw_rows(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list[Pa
     names = [", ".join(words) for words in itertools.product(*texts)]
     rows = np.arange(count)
     windows = Windows.of(cube.gather(rows, _ENDS))
-    part = Along(scale_of_names("", names, rows), windows, "", chosen["choice"])
+    part = Along(scale_of_names("", names, rows), windows, "", chosen.choice)
     title = "the window of each choice"
     return _window_pages(cube, record, chosen, [part], title, "window of pretension", height=90.0)
 
@@ -339,7 +339,7 @@ def _draw_points(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord, count: 
         key_line(color=colour, label=_limit_label(name, cube.limits), **_POINT)
         for name, colour in colours.items()
     ]
-    if chosen["feasible"]:
+    if chosen.feasible:
         key.append(star(set_text(cube, record, chosen)))
     told = [f"each point is one of {count:,} choices"]
     if len(rows) < count:
@@ -363,8 +363,8 @@ def _draw_points(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord, count: 
         panel.axhline(0.0, color=FAINT, linewidth=0.6)
         panel.set_xlabel(fitted(shown.label, PAGE_WIDTH / in_row - 15.0))
         panel.set_ylabel(f"width of the window ({reading_unit(cube.document)})")
-        at = np.flatnonzero(rows == chosen["choice"])
-        if chosen["feasible"] and len(at):
+        at = np.flatnonzero(rows == chosen.choice)
+        if chosen.feasible and len(at):
             panel.plot(x[at], width[at], gid="best", **STAR)
     return page
 
@@ -393,11 +393,11 @@ def draw_trade_off(
     Raises:
         UsageError: No choice has a window.
     """
-    axis = cube.axis(trade_off["column"])
-    if axis is None or not any(trade_off["best"]):
+    axis = cube.axis(trade_off.column)
+    if axis is None or not any(trade_off.best):
         raise UsageError("no choice has a window, whichever limit is taken", where="--x")
     order, names, label = _places(cube, axis, column)
-    choices = [trade_off["best"][place] for place in order]
+    choices = [trade_off.best[place] for place in order]
     others = [
         ", ".join(
             value_text(cube, other, value_of(choice, other.column))
@@ -416,15 +416,15 @@ def draw_trade_off(
     meaning = f"window that works for {served_words(record)}"
     key = window_key([part], colours, cube.limits, meaning, "no choice has a window")
     key.append(key_line(label="pretension to set", color=INK, **_END))
-    best = record["best"]
+    best = record.best
     at = [
         place
         for place, choice in enumerate(choices)
-        if choice is not None and best is not None and choice["choice"] == best["choice"]
+        if choice is not None and best is not None and choice["choice"] == best.choice
     ]
     if at and best is not None:
         key.append(star(f"named first among all: {gauge_text(record, best) or 'to set'}"))
-    named = "is the best compromise" if len(record["goals"]) > 1 else "would be named first"
+    named = "is the best compromise" if len(record.goals) > 1 else "would be named first"
     if axis.is_text:
         title = f"what each {plain(axis.key)} gives"
         note = f"{named} with this {plain(axis.key)} alone"
@@ -513,7 +513,7 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list
     ends = [_end_of_window(drawn, chosen, end, unit) for end in ("from", "to")]
     label = f"ends of the window: {' '.join(text for text, _, _ in ends)}"
     key.append(key_line(label=label, **_WINDOW_END))
-    pretension = chosen["pretension"]
+    pretension = chosen.pretension
     if pretension is not None:
         key.append(star(gauge_text(record, chosen) or "pretension to set"))
     text = choice_text(cube, chosen)
@@ -572,7 +572,7 @@ def _end_of_window(
     if not np.isfinite(value):
         return "no upper end", None, value
     text = f"{end} {say.number(value)} {unit}"
-    stated = chosen[f"{end}_{drawn.place}"]
+    stated = value_of(chosen, f"{end}_{drawn.place}")
     if stated is None:
         return text, None, value
     place = float(stated) if drawn.is_in_time else float(np.degrees(stated))

@@ -12,7 +12,7 @@ from tendon_cli import say
 from tendon_cli.answer_record import AnswerRecord, as_answer, value_of
 from tendon_cli.cube.choice_grid import conflicts_of, over_motion, position, pretension_name
 from tendon_cli.cube.columns import ColumnArray
-from tendon_cli.cube.cube import Cube, choices_of
+from tendon_cli.cube.cube import Cube, CubeAsRead, cube_in
 from tendon_cli.cube.labels import ColumnLabel
 from tendon_cli.cube.outcomes import BEYOND, EXTENSOR_SLACK, NO_EQUILIBRIUM, TAUT, UNSTABLE
 from tendon_cli.engine.results import Result
@@ -102,23 +102,25 @@ _WORDS = ("from_by", "to_by")
 def design_page(answer: Result, most: int) -> str:
     """Return the page of an answer with at most so many choices, and the best one."""
     record = as_answer(answer.record)
-    table = answer.kept("choices")
-    cube = choices_of(table, answer.study)
+    cube = cube_in(answer, "choices")
+    on_gauge = CubeAsRead.of(cube) if record.question.shows_own_f0 else cube
     axes = page_axes(cube, most, _places_of_best(record, cube.axes))
     positions = {axis.axis.column: axis.positions for axis in axes}
-    read = _read_choices(cube, axes, cube.rows(list(positions), positions).ravel())
+    rows = cube.rows(list(positions), positions).ravel()
+    read = _read_choices(on_gauge, axes, rows)
+    of_model = _read_choices(cube, axes, rows)
 
     columns = {
         name: read[name] for name in RESULTS if name in read and np.isfinite(read[name]).any()
     }
-    labels = {name: cube.shown(name) for name in columns}
+    labels = {name: on_gauge.shown(name) for name in columns}
     maps, left_out = within_size(
         number_record(labels[name], read[name], _no_value(read, name)) for name in columns
     )
     maps.insert(min(1, len(maps)), _conflicts(cube, read))
-    states, arms = _states(cube, axes, read["pretension"])
+    states, arms = _states(cube, axes, of_model["pretension"])
     people = people_record(record, _persons(answer))
-    design = _answers(read, columns, labels, pretension_name(cube.document))
+    design = _answers(read, columns, labels, pretension_name(on_gauge.document))
     between = _between(record, cube.limits)
     data = page_data(
         axes=[axis.record() for axis in axes],
@@ -126,7 +128,7 @@ def design_page(answer: Result, most: int) -> str:
         states=states,
         arms=arms,
         design=design,
-        table=_table(cube, axes, read, columns),
+        table=_table(cube, axes, of_model, [*columns]),
         start=_start(record, axes, read["feasible"]),
         people=people,
         between=between,
@@ -224,9 +226,9 @@ def _table(
     cube: Cube,
     axes: Sequence[PageAxis],
     read: Mapping[str, ColumnArray],
-    columns: Mapping[str, ColumnArray],
+    columns: Sequence[str],
 ) -> dict[str, Any]:
-    """Return the table of all choices of the page as JSON."""
+    """Return the table of all choices of the page as JSON, with F0 for their pretensions."""
     records: list[dict[str, Any]] = []
     for axis in axes:
         name = axis.axis.column
@@ -236,8 +238,7 @@ def _table(
             records.append({**about, "texts": read[name].tolist(), "stated": names})
         else:
             records.append(exact_record(axis.shown, read[name], axis.stated))
-    for name, values in columns.items():
-        records.append(number_record(cube.shown(name), values))
+    records += [number_record(cube.shown(name), read[name]) for name in columns]
     for name, label in zip(_WORDS, ("bound below by", "bound above by"), strict=True):
         records.append({"name": name, "label": label, "unit": "", "texts": read[name].tolist()})
     records += truths_record({name: read[name] for name in _TRUTHS})

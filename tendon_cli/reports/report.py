@@ -9,7 +9,7 @@ from typing import Any, BinaryIO
 
 from tendon_cli import say
 from tendon_cli.cube.columns import TRUTHS, ColumnArray
-from tendon_cli.cube.cube import Cube, cube_of
+from tendon_cli.cube.cube import Cube, cube_in
 from tendon_cli.cube.outcomes import OF_OUTCOMES, OUTCOMES, outcomes
 from tendon_cli.cube.room import bounded_column, is_default
 from tendon_cli.engine.results import AnyResult, Result, Run, folder_of, open_result
@@ -129,7 +129,7 @@ def is_page(file: BinaryIO) -> bool:
 
 def sweep_page(run: Run, most: int) -> str:
     """Return the page of a finished sweep with at most so many designs."""
-    cube = cube_of(run.kept("designs"), run.study)
+    cube = cube_in(run, "designs")
     axes = page_axes(cube, most)
     positions = {axis.axis.column: axis.positions for axis in axes}
     rows = cube.rows(list(positions), positions)

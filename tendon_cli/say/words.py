@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any
 
 from tendon_cli import units
 from tendon_cli.quantities import QUANTITIES, SIDES, Quantity, bound_name
-from tendon_cli.typed_record import Record
 from tendon_cli.units import counted
 
 if TYPE_CHECKING:
@@ -439,8 +438,7 @@ def joint_name(study: Any) -> JointName:
 
     `study` is a `Study`, its document, or a record that holds one.
     """
-    if isinstance(study, Record):
-        return joint_name(study["study"])
+    study = getattr(study, "study", study)
     while isinstance(study, Mapping) and "study" in study:
         study = study["study"]
     if not isinstance(study, Mapping):

@@ -42,7 +42,7 @@ class Points(ByChoice):
     def of_rows(cls, choices: Space, rows: Rows) -> Self:
         """Return the choices in some rows of the grid."""
         numbers = choices.numbers(rows)
-        columns = {**choices.columns(rows), **_set_by_names(choices, numbers)}
+        columns = {**choices.columns(rows), **set_by_names(choices, choices.at(numbers))}
         return cls(numbers, columns, rows)
 
     def with_numbers(self, numbers: Numbers) -> Self:
@@ -54,16 +54,15 @@ class Points(ByChoice):
         return self.with_numbers({PRETENSION: pretension})
 
 
-def _set_by_names(choices: Space, numbers: Numbers) -> ColumnArrays:
-    """Return the columns of the numbers that vary over named axes, (choices,) each.
+def set_by_names(space: Space, rows: Space) -> ColumnArrays:
+    """Return the columns of the numbers that vary over named axes, (rows,) each.
 
     Args:
-        choices: All choices.
-        numbers: Numbers that some choices set.
+        space: All choices, or all conditions.
+        rows: The space itself, or a list of points of it.
     """
-    points = choices.at(numbers)
     columns: ColumnArrays = {}
-    for key in choices.set_by_names:
-        values = points.number(*split_side(key)).within(points.whole)
-        columns[column_of(key)] = np.broadcast_to(values, (*points.shape, 1, 1)).ravel()
+    for key in space.set_by_names:
+        values = rows.number(*split_side(key)).within(rows.whole)
+        columns[column_of(key)] = np.broadcast_to(values, (*rows.shape, 1, 1)).ravel()
     return columns

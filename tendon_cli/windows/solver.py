@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
@@ -11,7 +10,7 @@ from typing import Any, Self, TypeAlias, cast
 import numpy as np
 
 from tendon_cli import kernel
-from tendon_cli.engine.plan import columns_of_motion
+from tendon_cli.engine.plan import Block, columns_of_motion
 from tendon_cli.engine.window_fold import fold_ends, named_ends
 from tendon_cli.errors import Stopped
 from tendon_cli.model import extremes, whole_motion, window
@@ -464,19 +463,22 @@ class Solver:
             Stopped: The run was cancelled.
         """
         question = self.question
-        count = len(points)
         most = _STATES_AT_ONCE // question.states_per_design
         if question.study.trajectory is not None:
             most //= _MOTION_IN_NUMPY
         elif question.bounds.asks_power or in_numpy:
             most //= _MOTOR_IN_NUMPY
-        most = max(1, most)
-        width = min(len(question.conditions), max(1, most // min(count, 2 * math.isqrt(most))))
-        step = max(1, most // width)
-        for conditions in self.cut(len(question.conditions), width):
-            for rows in self.cut(count, step):
-                of_conditions = select_numbers(question.condition_numbers, conditions)
-                yield rows, conditions, question.designs(points.select(rows), of_conditions)
+
+        def longer_axis(block: Block) -> int | None:
+            choices, conditions = block.shape[:2]
+            return None if choices * conditions <= max(1, most) else int(conditions > choices)
+
+        product = slice(0, len(points)), slice(0, len(question.conditions))
+        for block in Block(0, product, slice(0, 1), slice(0, 1)).cut(longer_axis):
+            self.check_stopped()
+            rows, conditions = block.designs
+            of_conditions = select_numbers(question.condition_numbers, conditions)
+            yield rows, conditions, question.designs(points.select(rows), of_conditions)
 
     def cut(self, count: int, most: int) -> Iterator[slice]:
         """Yield slices of at most `most` of `count` items.

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
 
 from tendon_cli import say
+from tendon_cli.answer_record import FreshRecord, VerifiedRecord
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.space.axis import SAMPLE_AXES, Axis
 from tendon_cli.space.space import Space
+from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows.coverage import ROUNDING, effective_count_of_strata, serves
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import (
@@ -56,6 +58,17 @@ class Verified:
     """True for the members that the pretension serves, (members,)."""
     windows: tuple[Array, Array]
     """Lower and upper ends of the members' windows, (members,) each, N."""
+
+    @property
+    def record(self) -> VerifiedRecord:
+        """The judgement as it is recorded."""
+        return VerifiedRecord(
+            value=self.value,
+            interval_95=[*self.interval],
+            of=len(self.sample),
+            from_=finite_or_none(self.low),
+            to=finite_or_none(self.high),
+        )
 
     def is_enough(self, serve: float) -> bool:
         """Return True if the sample does not refute that so many are served."""
@@ -189,6 +202,12 @@ class Verifier:
             is_served=is_served,
             windows=windows,
         )
+
+
+def fresh_record(sample: FreshSample) -> FreshRecord:
+    """Return the record of a fresh sample."""
+    kind: Literal["persons", "draws"] = "persons" if sample.draws_persons else "draws"
+    return FreshRecord(count=len(sample), persons=sample.persons, kind=kind)
 
 
 def _with_inside(question: Question, axis: Axis) -> Axis:

@@ -7,7 +7,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.checks.check_text import as_markdown
-from tendon_cli.checks.table_pair import difference
+from tendon_cli.checks.compared import difference
 from tendon_cli.errors import UsageError
 from tests.check.conftest import swept
 

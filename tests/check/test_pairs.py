@@ -30,17 +30,23 @@ ROWS = [
 ]
 OF_EACH_KIND = {
     "exact": {},
-    "choices": {"spring": {"stiffness": ["4 kN/m", "5 kN/m"]}},
+    "choices for cases": {
+        "spring": {"stiffness": ["4 kN/m", "5 kN/m"]},
+        "cases": [{"name": "Ada", "arm": {"b1": "118 mm"}}, {"name": "Ben"}],
+    },
     "no window": {"load": {"mass": ["0 kg", "30 kg"]}},
     "draws": {"sheath": {"friction": "0.07 +/- 0.01"}, "design": {"verify": 100}},
     "unjudged draws": {"sheath": {"friction": "0.07 +/- 0.01"}, "design": {"verify": 0}},
     "persons": {"people": {"count": 12, "seed": 1}, "design": {"verify": 100, "serve": 0.8}},
     "sample": {"table": [SAMPLE]},
     "drawn rows": {"table": [{"name": "prototype", "role": "draw", "rows": ROWS}]},
-    "catalogue": {"table": [{"name": "kit", "role": "choice", "rows": ROWS}]},
-    "cases": {"cases": [{"name": "Ada", "arm": {"b1": "118 mm"}}, {"name": "Ben"}]},
-    "limits": {"limits": {"max_tension": ["250 N", "300 N"]}},
+    "catalogue with limits": {
+        "table": [{"name": "kit", "role": "choice", "rows": ROWS}],
+        "limits": {"max_tension": ["250 N", "300 N"]},
+    },
 }
+WITH_A_LARGER_SPOOL = ("exact", "draws", "persons", "in time")
+"""Kinds of which there is a second study, with a larger spool."""
 OPPOSITE = {"better": "worse", "worse": "better", "no difference": "no difference", None: None}
 
 
@@ -58,18 +64,20 @@ def motion(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def studies(motion):
-    """Return pairs of studies of each kind: the suit, and one with a larger spool."""
+    """Return a study of each kind, and of some a second one."""
     kinds = {kind: merged(SUIT, content) for kind, content in OF_EACH_KIND.items()}
     kinds["in time"] = {**SUIT, "motion": motion}
-    return {
-        kind: [merged(content, {"spool": {"ratio": ratio}}) for ratio in (0.6, 0.62)]
-        for kind, content in kinds.items()
+    of_each = {
+        kind: [merged(content, {"spool": {"ratio": 0.6}})] for kind, content in kinds.items()
     }
+    for kind in WITH_A_LARGER_SPOOL:
+        of_each[kind].append(merged(kinds[kind], {"spool": {"ratio": 0.62}}))
+    return of_each
 
 
 @pytest.fixture(scope="module")
 def results(studies, tmp_path_factory):
-    """Return pairs of answers and of runs of each kind, in folders."""
+    """Return answers and runs of each kind, in folders."""
     folder = tmp_path_factory.mktemp("runs")
     pairs = {}
     for kind, both in studies.items():
@@ -83,10 +91,11 @@ def results(studies, tmp_path_factory):
 
 def test_a_result_is_equal_to_itself(results):
     odd = []
-    for kind, (result, _) in results.items():
+    for kind, (result, *_) in results.items():
         compared = tendon.compare(result, result)
         checked = tendon.check(result, result, tolerance=0.0)
         is_equal = compared.record["is_equal"] and "B: equal." in compared.text
+        is_equal &= "they are the same study" in compared.text
         if not is_equal or not checked.holds or checked.record["changes"]:
             odd.append(kind)
     assert odd == []
@@ -107,12 +116,12 @@ def turned(number):
 
 def test_the_order_of_two_results_changes_signs_alone(results):
     odd = []
-    kinds = [kind for kind in results if kind.startswith("answers")]
     across = {
         f"{kind}, against {other}": (results[kind][0], results[other][0])
-        for kind, other in pairwise(kinds)
+        for of_all in ("answers", "runs")
+        for kind, other in pairwise(kind for kind in results if kind.startswith(of_all))
     }
-    for kind, (first, second) in (results | across).items():
+    for kind, (first, second) in (pairs_of(results) | across).items():
         there = tendon.compare(first, second).record
         back = tendon.compare(second, first).record
         assert not there["is_equal"], kind
@@ -130,6 +139,11 @@ def test_the_order_of_two_results_changes_signs_alone(results):
     assert odd == []
 
 
+def pairs_of(results):
+    """Return the pairs of one kind."""
+    return {kind: both for kind, both in results.items() if len(both) == 2}
+
+
 def is_near(number, other):
     """Return True if two quantities differ by the rounding of an interval alone."""
     same = {name: value for name, value in number.items() if name != "interval"}
@@ -139,11 +153,23 @@ def is_near(number, other):
 
 def test_a_gate_closes_where_a_comparison_sees_a_change(results):
     odd = []
-    for kind, (first, second) in results.items():
+    for kind, (first, second) in pairs_of(results).items():
         checked = tendon.check(second, first, apart=["spool.ratio"])
         if checked.holds or not checked.record["changes"]:
             odd.append(kind)
     assert odd == []
+
+
+def test_a_suit_that_fewer_members_judge_is_paired_with_them(monkeypatch):
+    """Along a motion a sample is thinned, so that it takes no longer than another one."""
+    monkeypatch.setattr("tendon_cli.windows.verification._FEWEST_MEMBERS", 8)
+    drawn = merged(SUIT, OF_EACH_KIND["draws"])
+    slower = merged(drawn, {"motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 9}}})
+    answers = [answered(study) for study in (drawn, slower)]
+    monkeypatch.setattr("tendon_cli.windows.verification._MOST_STATES", 1200)
+    compared = tendon.compare(*answers).record
+    assert compared["paired"]
+    assert compared["lost"]["of"] < 100
 
 
 def test_spelling_is_no_difference():

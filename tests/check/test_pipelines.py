@@ -87,16 +87,13 @@ def test_one_sweep_on_the_nodes_of_a_slurm_job(folder, tmp_path):
     assert not list(folder.glob("dask-*"))
 
 
-@pytest.mark.parametrize(("friction", "is_broken"), [("0.06", False), ("0.3", True)])
-def test_the_steps_of_the_job_run_and_the_gate_closes(folder, friction, is_broken):
+def test_the_steps_of_the_job_run_and_the_gate_closes(folder):
     job = YAML(typ="safe").load(folder / "ci.yml")["jobs"]["check"]
     codes = {}
     for step in job["steps"]:
         if "run" in step and step["name"] != "install":
-            script = step["run"].replace("${{ matrix.friction }}", friction)
+            script = step["run"].replace("${{ matrix.friction }}", "0.3")
             done = run(["bash", "-c", script], folder, GITHUB_STEP_SUMMARY="summary.md")
             codes[step["name"]] = done.returncode
-    gate = 4 if is_broken else 0
-    assert codes == {"sweep": 0, "gate": gate}
-    summary = (folder / "summary.md").read_text()
-    assert ("max_tension" in summary) is is_broken
+    assert codes == {"sweep": 0, "gate": 4}
+    assert "max_tension" in (folder / "summary.md").read_text()

@@ -7,8 +7,9 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.answers import choices as choices_module
-from tendon_cli.answers.question_facts import notes_of
+from tendon_cli.answers.notes import notes_of
 from tendon_cli.answers.sensitivity import sensitivities
+from tendon_cli.typed_record import to_json
 from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solutions import solve
 from tendon_cli.windows.solver import Solver
@@ -260,7 +261,7 @@ def test_sensitivities_are_the_slopes_of_the_ends():
         "motion": COARSE,
     }
     question = question_of(tendon.study(content))
-    rows = sensitivities(Solver(question), solve(Solver(question), question.all_points()))
+    rows = to_json(sensitivities(Solver(question), solve(Solver(question), question.all_points())))
     assert {row["end"] for row in rows} == {"from", "to"}
     assert len(rows) > 30
 

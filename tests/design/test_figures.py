@@ -7,7 +7,7 @@ import pytest
 from matplotlib.text import Text
 
 from tendon_cli import say
-from tendon_cli.cube.cube import choices_of
+from tendon_cli.cube.cube import cube_in
 from tendon_cli.figures.answer_figures import FIGURES, answer_figure
 from tendon_cli.figures.choice_maps import axes_of_choices, grid_of_choices
 from tests.answers import answered
@@ -36,7 +36,7 @@ GOALS = {"design": {"minimise": ["max_tension"], "maximise": ["tolerance"]}}
 
 def cube_of(answer):
     """Return the choices of an answer by their axes."""
-    return choices_of(answer.kept("choices"), answer.study)
+    return cube_in(answer, "choices")
 
 
 def drawn(answer, name, record=None):

@@ -13,6 +13,7 @@ from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.model.motor import cycle_columns
 from tendon_cli.studies.load import study_from
+from tendon_cli.typed_record import to_json
 from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solutions import solve
 from tendon_cli.windows.solver import Solver
@@ -80,7 +81,11 @@ def test_ends_that_a_limit_on_the_motor_sets_have_their_slopes(limit, value, end
     question = question_of(study_from({**SUIT, "spool": {"ratio": 0.6}, "limits": {limit: value}}))
     choice = solve(Solver(question), question.all_points())
     assert LIMIT_NAMES[choice.binding(end).by[0]] == limit
-    rows = {row["key"]: row for row in sensitivities(Solver(question), choice) if row["end"] == end}
+    rows = {
+        row["key"]: row
+        for row in to_json(sensitivities(Solver(question), choice))
+        if row["end"] == end
+    }
     always = {"motion.speed", f"limits.{limit}", "spring.stiffness", "load.mass"}
     assert always <= set(rows)
     first = SET_BY_THE_MOTOR.index((limit, value, end)) % step

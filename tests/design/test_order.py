@@ -361,7 +361,7 @@ def test_of_choices_that_come_as_near_to_a_window_the_smaller_value_is_named():
         }
     )
     assert answer.best is None
-    assert named_first(answer.answer)["limit_max_tension"] == 5e3
+    assert named_first(answer.answer).columns["limit_max_tension"] == 5e3
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import pytest
 from tendon_cli.answers import sensitivity
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.studies.load import study_from
+from tendon_cli.typed_record import to_json
 from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solutions import solve
 from tendon_cli.windows.solver import Solver
@@ -64,13 +65,13 @@ def check_same(records, expected):
 @STUDIES
 def test_both_ends_at_once_have_what_each_has_alone(study, monkeypatch):
     solver, choice = solved(study)
-    together = sensitivities(solver, choice)
+    together = to_json(sensitivities(solver, choice))
     assert {record["end"] for record in together} == {"from", "to"}
     alone = []
     for end in ("from", "to"):
         with monkeypatch.context() as patch:
             patch.setattr(sensitivity, "ENDS", (end,))
-            alone += sensitivities(solver, choice)
+            alone += to_json(sensitivities(solver, choice))
     check_same(together, alone)
 
 
@@ -85,7 +86,10 @@ def test_the_order_of_the_conditions_does_not_matter(study):
     backward_choice = solve(backward, choice.points)
     forward = Solver(question.for_conditions(reverse[::-1]))
     forward_choice = solve(forward, choice.points)
-    check_same(sensitivities(backward, backward_choice), sensitivities(forward, forward_choice))
+    check_same(
+        to_json(sensitivities(backward, backward_choice)),
+        to_json(sensitivities(forward, forward_choice)),
+    )
 
 
 @STUDIES
@@ -96,7 +100,7 @@ def test_a_number_is_steady_if_the_same_limit_binds_once_it_is_changed(study):
     """
     solver, choice = solved(study)
     seen = Counter()
-    for record in sensitivities(solver, choice):
+    for record in to_json(sensitivities(solver, choice)):
         question = solver.question
         if question.conditions.groups is not None:
             group = question.conditions.groups[choice.binding(record["end"]).condition]
@@ -131,7 +135,7 @@ def solved_again(solver, choice, monkeypatch):
 
     with monkeypatch.context() as patch:
         patch.setattr(sensitivity, "solve_windows", counted)
-        records = sensitivities(solver, choice)
+        records = to_json(sensitivities(solver, choice))
     return records, counts
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.answers.question_facts import notes_of
+from tendon_cli.answers.notes import notes_of
 from tendon_cli.model import actuator
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.windows import solutions as solutions_module

@@ -11,7 +11,7 @@ import pytest
 from matplotlib.text import Text
 
 from tendon_cli import design
-from tendon_cli.cube.cube import choices_of
+from tendon_cli.cube.cube import cube_of
 from tendon_cli.figures.answer_figures import answer_figure
 from tendon_cli.figures.backend import FigureCanvasAgg
 from tendon_cli.figures.frame import fitted, framed, text_width
@@ -161,7 +161,7 @@ def test_the_star_of_a_map_is_at_its_values_and_covers_no_text(name: str, tmp_pa
         **EXACT,
     }
     answer = design(study_of(content), out=tmp_path / "out")
-    cube = choices_of(open_table(tmp_path / "out" / "choices.parquet"))
+    cube = cube_of(open_table(tmp_path / "out" / "choices.parquet"), kinds=("choices",))
     page = answer_figure("tolerance_map", cube, answer.record)
     assert page is not None
     box = drawn(page.figure)

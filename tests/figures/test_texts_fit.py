@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 import tendon_cli as tendon
 from tendon_cli.cli import app
-from tendon_cli.cube.cube import choices_of
+from tendon_cli.cube.cube import cube_in
 from tendon_cli.face import write_comparison
 from tendon_cli.figures.answer_figures import FIGURES, draw_answer, draw_over
 from tendon_cli.figures.draw import pages_of, table_of
@@ -25,7 +25,6 @@ from tendon_cli.figures.geometry import route_page
 from tendon_cli.figures.scales import short_names
 from tendon_cli.figures.style import house_style, named
 from tendon_cli.studies.figures import WIDTHS, figure_spec
-from tendon_cli.tables.read import open_table
 from tests.figures.measure import DRAWERS, capture, faults_of
 from tests.figures.runs import EXACT, LOADS, grid
 
@@ -89,7 +88,7 @@ def answered(study: Any, folder: Path, *more: str, x: str | None = None) -> None
     for name in more:
         answer.plot(name)
     if x is not None:
-        choices = choices_of(open_table(folder / "answer" / "choices.parquet"), answer.study)
+        choices = cube_in(answer, "choices")
         for size, width in WIDTHS.items():
             draw_over(choices, answer.record, x, None, folder / f"{size}.png", width=width)
 

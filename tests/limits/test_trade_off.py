@@ -9,7 +9,7 @@ from matplotlib.text import Text
 import tendon_cli as tendon
 from tendon_cli import say
 from tendon_cli.answer_record import as_answer
-from tendon_cli.cube.cube import choices_of
+from tendon_cli.cube.cube import cube_in
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.answer_figures import draw_over
 from tendon_cli.figures.windows import draw_trade_off
@@ -85,7 +85,7 @@ def test_with_several_goals_the_best_with_a_limit_is_the_compromise_of_the_study
 
 
 def test_the_legend_has_a_star_only_if_it_is_drawn(answer, trade_off):
-    cube = choices_of(answer.kept("choices"), answer.study)
+    cube = cube_in(answer, "choices")
     between = {**answer.record["best"], "choice": answer.record["choices"]}
     for best, is_drawn in ((answer.record["best"], True), (between, False)):
         record = {**answer.record, "best": best}
@@ -122,7 +122,7 @@ def test_the_best_choices_with_each_value_of_a_limit_stand_side_by_side(answer, 
 
 
 def test_the_picture_has_a_bar_for_each_window(answer, folder, trade_off):
-    cube = choices_of(answer.kept("choices"), answer.study)
+    cube = cube_in(answer, "choices")
     (of_limit,) = as_answer(answer.record).trade_offs
     page = draw_trade_off(cube, as_answer(answer.record), of_limit, of_limit.column)
     upper, lower = page.figure.axes
@@ -153,7 +153,7 @@ def test_plot_draws_it_on_any_size_and_says_what_else_it_could_draw(tendon, fold
 def test_rows_that_set_a_limit_are_named_where_they_stand(tmp_path):
     study = {**STUDY, "table": [{"name": "motor", "rows": ROWS}]}
     answer = tendon.design(study, tmp_path / "answer")
-    cube = choices_of(answer.kept("choices"), answer.study)
+    cube = cube_in(answer, "choices")
     draw_over(cube, answer.record, "motor", None, tmp_path / "by_name.png")
     (record,) = as_answer(answer.record).trade_offs
     page = draw_trade_off(cube, as_answer(answer.record), record, "limit_peak_motor_torque")

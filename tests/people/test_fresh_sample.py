@@ -289,7 +289,7 @@ def test_what_is_said_to_help_does_so_at_the_pretension_that_is_printed(too_few)
     assert {key for key, _ in changes} >= {"load.mass", "spool.ratio"}
     nearest = named_first(too_few.answer)
     for key, change in changes:
-        named = change.get("values") or nearest
+        named = change.get("values") or nearest.columns
         chosen = {
             "spring": {"stiffness": named["spring_stiffness"]},
             "spool": {"ratio": named["spool_ratio"]},

@@ -37,9 +37,9 @@ def by_need(question, windows):
     persons = question.study.people.population.persons
     reasons = {}
     for reason in reasons_not_served(question, windows, 148.0, {}):
-        members = np.array([persons.index(name) for name in reason["first"]])
-        assert len(members) == reason["count"]
-        reasons[reason["needs"]] = (reason, members)
+        members = np.array([persons.index(name) for name in reason.first])
+        assert len(members) == reason.count
+        reasons[reason.needs] = (reason, members)
     return reasons
 
 
@@ -47,13 +47,13 @@ def by_need(question, windows):
 def test_everyone_is_served_or_left_out_once(question, windows, pretension):
     reasons = reasons_not_served(question, windows, pretension, {})
     is_served = (windows.low <= pretension) & (pretension <= windows.high)
-    assert sum(reason["count"] for reason in reasons) == (~is_served).sum()
-    names = [name for reason in reasons for name in reason["first"]]
+    assert sum(reason.count for reason in reasons) == (~is_served).sum()
+    names = [name for reason in reasons for name in reason.first]
     assert len(set(names)) == len(names)
     persons = question.study.people.population.persons
     served = {persons[index] for index in np.flatnonzero(is_served)}
     assert not set(names) & served
-    shares = [reason["share"] for reason in reasons]
+    shares = [reason.share for reason in reasons]
     assert sum(shares) == pytest.approx((~is_served).mean())
     assert shares == sorted(shares, reverse=True)
 
@@ -66,24 +66,24 @@ def test_a_reason_says_which_pretension_is_needed_and_where_it_binds(question, w
     assert np.all(np.diff(windows.low[low]) <= 0.0)  # the person who misses most comes first
     assert np.all(windows.high[high] < 148.0)
     assert np.all(windows.low[empty] > windows.high[empty])
-    assert more["limits"] == ["extensor slack"]
-    assert less["limits"] == ["min_elbow_stiffness"]
-    assert neither["limits"] == ["extensor slack", "min_elbow_stiffness"]
+    assert more.limits == ["extensor slack"]
+    assert less.limits == ["min_elbow_stiffness"]
+    assert neither.limits == ["extensor slack", "min_elbow_stiffness"]
     masses = question.condition_numbers["load.mass"]
-    assert masses[more["conditions"][0]] == 10.0
-    assert masses[less["conditions"][0]] == 0.0
+    assert masses[more.conditions[0]] == 10.0
+    assert masses[less.conditions[0]] == 0.0
 
 
 def test_bodies_left_out_differ_as_their_means_say(question, by_need):
     body = question.study.people.population.body
     for reason, members in by_need.values():
-        bodies = reason["bodies"]
+        bodies = reason.bodies
         dimension = next(iter(bodies))
         largest = bodies[dimension]
         of_all = getattr(body, dimension)
         theirs = of_all[members]
         deviations = (theirs.mean() - of_all.mean()) / of_all.std()
-        assert largest["theirs"] == pytest.approx(theirs.mean())
-        assert largest["of_all"] == pytest.approx(of_all.mean())
-        assert largest["deviations"] == pytest.approx(deviations)
-        assert abs(largest["deviations"]) == max(abs(row["deviations"]) for row in bodies.values())
+        assert largest.theirs == pytest.approx(theirs.mean())
+        assert largest.of_all == pytest.approx(of_all.mean())
+        assert largest.deviations == pytest.approx(deviations)
+        assert abs(largest.deviations) == max(abs(row.deviations) for row in bodies.values())

@@ -9,6 +9,7 @@ import pytest
 from tendon_cli.answers import sensitivity
 from tendon_cli.answers.sensitivity import BODY, indices, sobol
 from tendon_cli.studies.load import study_from
+from tendon_cli.typed_record import to_json
 from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solver import Solver
 
@@ -17,7 +18,7 @@ ALL_POINTS = True
 
 def indices_in(record, order):
     """Return the indices of an order, "first" or "total", of a recorded end."""
-    return np.array([values[order] for values in record["inputs"].values()])
+    return np.array([values[order] for values in to_json(record)["inputs"].values()])
 
 
 def errors_in(record, order):
@@ -40,7 +41,7 @@ def test_a_linear_result_has_the_shares_of_its_variance():
             np.testing.assert_allclose(index, true, atol=0.03)
             assert np.all(np.abs(index - true) < 5.0 * error + 0.003)
     deviation = np.sqrt(np.sum(slopes**2) / 12.0)
-    assert first["standard_deviation"] == pytest.approx(deviation, rel=0.01)
+    assert first.standard_deviation == pytest.approx(deviation, rel=0.01)
 
 
 def test_the_same_question_has_the_same_answer_and_errors_are_those_of_repeated_draws():
@@ -81,7 +82,7 @@ def test_a_result_that_never_changes_or_is_not_finite_has_no_indices():
         return np.stack([constant, infinite, share])
 
     (record,) = sobol(ends, ("a", "b"), ("constant", "infinite", "fine"), 256, seed=3)
-    assert record["end"] == "fine"
+    assert record.end == "fine"
 
 
 UNCERTAIN = {
@@ -118,7 +119,7 @@ def test_indices_of_windows_are_those_of_a_plain_estimate_of_ten_times_the_size(
     monkeypatch.setattr(
         sensitivity, "_STATES", 1024 * 5 * len(question.conditions) * question.states_per_design
     )
-    records = indices(Solver(question), question.all_points())
+    records = to_json(indices(Solver(question), question.all_points()))
     ends, inputs = calls[-1]
     expected_inputs = ["sheath.friction", "spring.stiffness"]
     if people:

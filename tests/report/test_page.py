@@ -180,6 +180,28 @@ def test_the_choices_of_an_answer_are_those_of_its_table(answered, answer_page):
     assert mapped == pytest.approx(in_millimetres, rel=1e-6, nan_ok=True)
 
 
+def test_windows_are_what_the_gauge_shows_with_f0_in_the_table(tmp_path):
+    study = {
+        "spring": {"stiffness": ["4 kN/m", "5 kN/m"]},
+        "spool": {"ratio": 0.6},
+        "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
+        "sheath": {"friction": "0.07 +/- 0.01"},
+        "uncertainty": {"draws": 16},
+        "design": {"verify": 100},
+    }
+    answer = tendon.design(study, tmp_path / "answer", figures=False)
+    assert answer.answer.question.shows_own_f0
+    data = data_of(write_report(tmp_path / "answer"))
+    shown = data["design"]["columns"]
+    listed = {column["name"]: column for column in data["table"]["columns"]}
+    for name, gauge in (
+        ("pretension", "set_flexor_tension"),
+        ("pretension_from", "set_flexor_tension_from"),
+    ):
+        assert unpacked(shown[name]["array"]) == pytest.approx(answer.choices[gauge], rel=1e-6)
+        assert unpacked(listed[name]["array"]) == pytest.approx(answer.choices[name], rel=1e-6)
+
+
 def test_the_states_of_a_choice_are_those_of_a_sweep_at_its_pretension(answered, answer_page):
     choice = pq.read_table(answered / "choices.parquet").to_pylist()[10]
     study = {

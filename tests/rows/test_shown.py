@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import tendon_cli
-from tendon_cli.cube.cube import choices_of
+from tendon_cli.cube.cube import cube_in
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.answer_figures import answer_figure
 
@@ -28,7 +28,7 @@ def study(count, **more):
 
 
 def figure(answer, name):
-    cube = choices_of(answer.kept("choices"), answer.study)
+    cube = cube_in(answer, "choices")
     page = answer_figure(name, cube, answer.record)
     return None if page is None else page.figure
 

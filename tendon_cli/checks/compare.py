@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from tendon_cli import say
-from tendon_cli.checks.comparison_record import Compared, ComparedResult, Value
-from tendon_cli.checks.comparison_text import comparison_blocks, comparison_markdown, verdict_words
+from tendon_cli.checks.compare_text import comparison_blocks, comparison_markdown, verdict_words
+from tendon_cli.checks.compared import Compared, ComparedResult, Value
 from tendon_cli.engine.results import AnyResult, Result, open_result
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import result_path

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from tendon_cli import say
 from tendon_cli.checks.check_text import escaped
-from tendon_cli.checks.comparison_record import Compared, Move, Number, Value
+from tendon_cli.checks.compared import Compared, Move, Number, Value
 from tendon_cli.quantities import AS_READ, QUANTITIES
 from tendon_cli.say import Block
 
@@ -32,32 +32,37 @@ def comparison_blocks(pairs: Sequence[Compared]) -> list[Block]:
     Args:
         pairs: Each later result beside the first.
     """
-    first = pairs[0].a
-    later = [pair.b.label for pair in pairs]
-    blocks = [say.heading(f"{say.join_words(later)} compared with {first.label}")]
+    sides = _sides(pairs)
+    first, *later = [pair.sides[place].label for pair, place in sides]
+    blocks = [say.heading(f"{say.join_words(later)} compared with {first}")]
     blocks += say.items(verdict_words(pairs))
     blocks.append(say.heading("How the studies differ"))
     blocks += _differences(pairs)
     blocks.append(say.heading("What they say"))
-    sides = [first, *(pair.b for pair in pairs)]
-    blocks += say.items(f"{side.label}: {side.sentence}" for side in sides)
+    said = [pair.sides[place] for pair, place in sides]
+    blocks += say.items(f"{side.label}: {side.sentence}" for side in said)
     blocks.append(say.heading("Numbers"))
     for start in range(0, len(pairs), _SIDE_BY_SIDE):
         blocks.append(_numbers(pairs[start : start + _SIDE_BY_SIDE]))
     if len(pairs) > 1 and any(number.verdict for pair in pairs for number in pair.quantities):
-        blocks += say.items([f"+ better than {first.label}, - worse, = no difference"])
-    bindings = [pairs[0].binds[0], *(pair.binds[1] for pair in pairs)]
-    binds = [(side, bind) for side, bind in zip(sides, bindings, strict=True) if bind is not None]
-    if binds:
-        blocks.append(say.heading("What binds"))
-        blocks += say.items(f"{side.label}: {'; '.join(bind.words)}" for side, bind in binds)
+        blocks += say.items([f"+ better than {first}, - worse, = no difference"])
+    binds = []
+    for pair, place in sides:
+        bind = pair.binds[place]
+        if bind is not None:
+            binds.append(f"{pair.sides[place].label}: {'; '.join(bind.words)}")
     moves = [line for pair in pairs for line in move_words(pair)]
-    if moves:
-        blocks.append(say.heading("Gained and lost"))
-        blocks += say.items(moves)
+    for title, lines in (("What binds", binds), ("Gained and lost", moves)):
+        if lines:
+            blocks += [say.heading(title), *say.items(lines)]
     notes = dict.fromkeys(note for pair in pairs for note in pair.notes)
     blocks += [{"note": note} for note in notes]
     return blocks
+
+
+def _sides(pairs: Sequence[Compared]) -> list[tuple[Compared, int]]:
+    """Return all results: each as a pair that has it, and its place there, 0 for the first."""
+    return [(pairs[0], 0), *((pair, 1) for pair in pairs)]
 
 
 def comparison_markdown(blocks: Sequence[Block], joint: str) -> str:
@@ -156,26 +161,38 @@ _SIGNS = {"better": " +", "worse": " -", "no difference": " =", None: ""}
 def _numbers(pairs: Sequence[Compared]) -> Block:
     """Return the table of all quantities; of two results with a judgement."""
     is_pair = len(pairs) == 1
-    heads = ["", pairs[0].a.label, *(pair.b.label for pair in pairs)]
-    rows = [[*heads, f"{heads[-1]} is"] if is_pair else heads]
+    sides = _sides(pairs)
+    labels = [pair.sides[place].label for pair, place in sides]
+    rows = [["", *labels, *[f"{labels[-1]} is"] * is_pair]]
     shown = [number for pair in pairs for number in pair.quantities if _is_shown(number)]
     for name in dict.fromkeys(number.name for number in shown):
-        found = [pair.number(name) for pair in pairs]
-        known = [number for number in found if number is not None]
         if name == "pretension_from":
-            windows = [_window(pairs[0], 0), *(_window(pair, 1) for pair in pairs)]
-            rows.append(["window", *windows, *[""] * is_pair])
+            rows.append(["window", *(_window(*side) for side in sides), *[""] * is_pair])
         if name in _WINDOW:
             continue
+        numbers = [pair.number(name) for pair, _ in sides]
+        known = [number for number in numbers if number is not None]
         digits = max(digits_of(number) for number in known)
-        cells = [_cell(pairs[0], known[0], 0, digits)]
-        for pair, number in zip(pairs, found, strict=True):
-            cell = "-" if number is None else _cell(pair, number, 1, digits)
-            sign = "" if is_pair or number is None else _SIGNS[number.verdict]
-            cells.append(cell + sign)
+        cells = []
+        spans = []
+        for (pair, place), number in zip(sides, numbers, strict=True):
+            if number is None:
+                cells.append("-")
+                spans.append("-")
+                continue
+            value = number.values[place]
+            cell = value_words(number, value, digits)
+            if name == "tolerance_length" and value is None:
+                cell = "none" if _window(pair, place) == "none" else "any"
+            cells.append(cell + _SIGNS[number.verdict] * (place and not is_pair))
+            span = number.spans[place]
+            if span is None or not isinstance(value, float):
+                spans.append("-")
+            else:
+                low, high = span
+                spans.append(say.interval_text(value, low, high))
         rows.append([known[0].label, *cells, *[known[0].verdict or ""] * is_pair])
         if any(any(number.spans) for number in known):
-            spans = [_span(known[0], 0), *("-" if one is None else _span(one, 1) for one in found)]
             rows.append(["  95 % interval", *spans, *[""] * is_pair])
     return say.table(rows)
 
@@ -183,29 +200,10 @@ def _numbers(pairs: Sequence[Compared]) -> Block:
 def _is_shown(number: Number) -> bool:
     """Return True if the table of numbers has a quantity."""
     if number.name == "choice":
-        return all(len(str(value)) <= _LONGEST_CELL for value in (number.a, number.b))
+        return all(len(str(value)) <= _LONGEST_CELL for value in number.values)
     if number.table == "choices":
         return number.unit is not None
-    is_known = number.a is not None or number.b is not None
-    return number.table == "designs" and number.verdict is not None and is_known
-
-
-def _cell(pair: Compared, number: Number, place: int, digits: int) -> str:
-    """Return the value of a quantity of the first result of a pair, 0, or of the second, 1."""
-    value = (number.a, number.b)[place]
-    if number.name == "tolerance_length" and value is None:
-        return "none" if _window(pair, place) == "none" else "any"
-    return value_words(number, value, digits)
-
-
-def _span(number: Number, place: int) -> str:
-    """Say the 95 % interval of a share; "-" if it has none."""
-    span = number.spans[place]
-    value = (number.a, number.b)[place]
-    if span is None or not isinstance(value, float):
-        return "-"
-    low, high = span
-    return say.interval_text(value, low, high)
+    return number.table == "designs" and number.verdict is not None
 
 
 def digits_of(number: Number) -> int:
@@ -235,15 +233,12 @@ def value_words(number: Number, value: Value, digits: int = 3) -> str:
 
 def _window(pair: Compared, place: int) -> str:
     """Say the window of the first answer of a pair, 0, or of the second, 1."""
-    ends = []
-    for name in _WINDOW:
-        number = pair.number(name)
-        ends.append(None if number is None else (number.a, number.b)[place])
-    low, high = ends
-    unit = (pair.a, pair.b)[place].unit
+    numbers = [pair.number(name) for name in _WINDOW]
+    low, high = (None if number is None else number.values[place] for number in numbers)
     if not isinstance(low, float):
         return "none"
-    return say.window_text(low, high if isinstance(high, float) else float("inf"), unit=unit)
+    high = high if isinstance(high, float) else float("inf")
+    return say.window_text(low, high, unit=pair.sides[place].unit)
 
 
 # --- Who is gained and lost -----------------------------------------------------------------------

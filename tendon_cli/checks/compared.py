@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, Self, TypeAlias
+
+import numpy as np
 
 from tendon_cli.checks.check_text import finite
+from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.engine.results import Result
+from tendon_cli.model.kinematics import Array
 from tendon_cli.studies.study_differences import Difference
 
 Judgement: TypeAlias = Literal["better", "worse", "no difference"]
@@ -16,6 +21,59 @@ Value: TypeAlias = float | str | bool | None
 """Value of a result, SI; None if it has none."""
 Interval: TypeAlias = Sequence[float]
 """Ends of a 95 % interval."""
+
+ROUNDING = 1e-9
+"""Share of a number by which two numbers may differ by rounding."""
+MOST_NAMES = 5
+"""Most persons, draws or designs that are named."""
+_BETTER = {
+    "contact_width": -1,
+    "efficiency": 1,
+    "friction_loss": -1,
+    "margin": 1,
+    "motor_work_in": -1,
+    "peak_elbow_torque": 0,  # follows from the task, not from the suit
+    "required_pretension": -1,
+    "rms_motor_torque": -1,
+    "spool_travel": -1,
+    "tolerance_length": 1,
+}
+"""Quantities whose names do not say it: 1 if more is better, -1 if less is."""
+_BY_PREFIX = {"min_": 1, "max_": -1, "peak_": -1}
+
+
+def better_of(name: str) -> int:
+    """Return 1 if more of a quantity is better, -1 if less is, 0 if neither is."""
+    if name in _BETTER:
+        return _BETTER[name]
+    return next((better for prefix, better in _BY_PREFIX.items() if name.startswith(prefix)), 0)
+
+
+def judge(better: int, before: float | None, now: float | None) -> Judgement | None:
+    """Judge a number beside another one, apart from rounding.
+
+    Args:
+        better: 1 if more is better, -1 if less is, 0 if neither is.
+        before: Number of the first result.
+        now: Number of the second.
+
+    Returns:
+        The judgement; None if neither is better, or if a result has no number.
+    """
+    if not better or before is None or now is None:
+        return None
+    if before == now or math.isclose(before, now, rel_tol=ROUNDING):
+        return "no difference"
+    return "better" if (now > before) == (better > 0) else "worse"
+
+
+def difference(first: ColumnArray, second: ColumnArray, *, is_flag: bool) -> Array:
+    """Return the difference in each row: for flags 0 or 1; infinite if only one value is null."""
+    if is_flag:
+        return np.asarray(first != second, dtype=np.float64)
+    one_is_null = np.isnan(first) != np.isnan(second)
+    with np.errstate(invalid="ignore"):  # two infinite values do not differ
+        return np.where(one_is_null, np.inf, np.abs(np.nan_to_num(first - second)))
 
 
 @dataclass(frozen=True)
@@ -38,17 +96,9 @@ class ComparedResult:
     @classmethod
     def of(cls, result: Result, label: str, sentence: str, unit: str) -> ComparedResult:
         """Return a result of a comparison, with what its texts say of it."""
-        record = result.record
-        return cls(
-            label=label,
-            folder=None if result.folder is None else str(result.folder),
-            name=record["name"],
-            title=record["title"],
-            verb=record["verb"],
-            study_hash=record["study_hash"],
-            sentence=sentence,
-            unit=unit,
-        )
+        folder = None if result.folder is None else str(result.folder)
+        facts = {name: result.record[name] for name in ("name", "title", "verb", "study_hash")}
+        return cls(label, folder, **facts, sentence=sentence, unit=unit)
 
     @property
     def place(self) -> str:
@@ -89,6 +139,23 @@ class Number:
     """Values on the axes of the row that differs most; of an answer those of both choices."""
     at: str = ""
     """The same in words."""
+
+    @property
+    def values(self) -> tuple[Value, Value]:
+        """Both values."""
+        return self.a, self.b
+
+    @staticmethod
+    def changes(first: ColumnArray, second: ColumnArray, *, is_flag: bool) -> dict[str, Any]:
+        """Return `change`, `most` and `rows` of a column of both results, (rows,) each."""
+        size = difference(first, second, is_flag=is_flag)
+        most = float(size.max())
+        rows = int((size > 0.0).sum())
+        if is_flag:
+            return {"change": math.inf if most else 0.0, "most": None, "rows": rows}
+        finite_values = [values[np.isfinite(values)] for values in (first, second)]
+        scale = max(float(np.abs(values).max(initial=0.0)) for values in finite_values)
+        return {"change": most / (scale or 1.0), "most": most, "rows": rows}
 
 
 @dataclass(frozen=True)
@@ -135,6 +202,12 @@ class Move:
     why: Sequence[Unserved] = ()
     """The first of them with the limit that the other result breaks for each."""
 
+    @classmethod
+    def named_ones(cls, kind: str, count: int, of: int, why: Sequence[Unserved]) -> Self:
+        """Return members that all have names, the first of them with their reasons."""
+        names = [one.name for one in why]
+        return cls(kind, count, of, count / (of or 1), names, count, kind, of, why)
+
 
 @dataclass(frozen=True)
 class Compared:
@@ -161,11 +234,21 @@ class Compared:
     """Sentences on what is compared, and what cannot be."""
 
     @property
+    def sides(self) -> tuple[ComparedResult, ComparedResult]:
+        """Both results."""
+        return self.a, self.b
+
+    @property
+    def moves(self) -> list[Move]:
+        """Members that are gained, and those that are lost; empty if it cannot be told."""
+        return [move for move in (self.gained, self.lost) if move is not None]
+
+    @property
     def is_equal(self) -> bool:
         """True if nothing differs."""
-        moved = [move for move in (self.gained, self.lost) if move is not None and move.count]
         is_changed = any(number.change for number in self.quantities)
-        return not (moved or is_changed or self.differences or self.left_out)
+        is_moved = any(move.count for move in self.moves)
+        return not (is_moved or is_changed or self.differences or self.left_out)
 
     def number(self, name: str) -> Number | None:
         """Return a quantity of both results; None if neither has it."""
@@ -174,8 +257,8 @@ class Compared:
     def record(self) -> dict[str, Any]:
         """Return the comparison as `tendon compare --json` prints it."""
         record: dict[str, Any] = finite(asdict(self))
-        for difference in record["differences"]:
-            del difference["shown"]
+        for found in record["differences"]:
+            del found["shown"]
         record["binds"] = dict(zip(("a", "b"), record["binds"], strict=True))
         for name in ("gained", "lost"):
             move = record[name]
