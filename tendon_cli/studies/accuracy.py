@@ -8,13 +8,19 @@ from typing import Any
 from pydantic import GetJsonSchemaHandler
 from pydantic_core import CoreSchema
 
-from tendon_cli.studies.fields import BARE_NUMBER, FieldMark, SingleField, fault, hint_to_write
-from tendon_cli.studies.reading_fields import SingleReadingField, dimension_of
+from tendon_cli.studies.fields import (
+    BARE_NUMBER,
+    FieldMark,
+    SingleField,
+    dimension_of,
+    fault,
+    hint_to_write,
+)
 from tendon_cli.units import SI_UNIT, UnitError, described, parse_measure
 
 _EXPECTED = 'a length of tendon such as "2 mm", or a tension such as "5 N"'
 _LENGTH = SingleField("tolerance_length", 0.0, 0.1)
-_TENSION = SingleReadingField("pretension", 0.0, 1e4)
+_TENSION = SingleField("pretension", 0.0, 1e4, is_reading=True)
 
 
 @dataclass(frozen=True)

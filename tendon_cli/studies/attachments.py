@@ -16,7 +16,7 @@ from tendon_cli.files import read_input
 from tendon_cli.quantities import SIDES
 from tendon_cli.readers.table import read_table
 from tendon_cli.space.axis import CASE_AXIS
-from tendon_cli.studies import angle_curves
+from tendon_cli.studies import angle_curves, study_curves
 from tendon_cli.studies.angle_curves import CurveColumns, CurveTable
 from tendon_cli.studies.checks import sheath_faults
 from tendon_cli.studies.file_content import MAX_BYTES as MAX_PEOPLE_BYTES
@@ -209,36 +209,35 @@ class Attachments:
         from tendon_cli.studies.fitted_suit import read_fitted, with_numbers  # if it is named
 
         where = shorten(file, 200)
-        suit = read_fitted(content, where)
+        fitted, correlation, logs, warned = read_fitted(content, where)
         for key in ("sheath.friction_from", "sheath.path"):
             name = key.partition(".")[2]
             if getattr(study.sheath, name) is not None:
                 problem = "cannot be given with fitted_from, which also gives it"
                 self.faults.append(Fault(key, problem, "leave one of them out"))
-        axes = [key for key in suit.numbers if key in study.numbers and study.numbers[key].is_axis]
-        numbers = {key: number for key, number in suit.numbers.items() if key not in axes}
-        warnings = [f"{where}: the fit warned: {warning}" for warning in suit.warnings]
+        stated = {key: study.numbers[key] for key in fitted if key in study.numbers}
+        axes = [key for key, number in stated.items() if number.is_axis]
+        numbers = {key: number for key, number in fitted.items() if key not in axes}
+        warnings = [f"{where}: the fit warned: {warning}" for warning in warned]
         if axes:
             listed = ", ".join(axes)
             warnings.append(f"{listed}: the study's own values, not those fitted in {where}")
-        stated = {key: study.numbers[key].array[0] for key in numbers if key in study.numbers}
-        logs = ", ".join(suit.logs)
         note = (
-            f"{where}: {len(numbers)} numbers of this suit as fitted to {shorten(logs)}, drawn with"
-            " their correlation"
+            f"{where}: {len(numbers)} numbers of this suit as fitted to {shorten(', '.join(logs))},"
+            " drawn with their correlation"
         )
         self._note(
             "fitted_from",
             file,
             content,
-            logs=list(suit.logs),
-            stated={key: float(value) for key, value in stated.items()},
+            logs=logs,
+            stated={key: stated[key].single for key in numbers if key in stated},
             fitted={key: number.single for key, number in numbers.items()},
             warnings=warnings,
             note=note,
         )
         study = with_numbers(study, numbers)
-        return study.replaced({"correlation": suit.correlation, "fitted_from": None})
+        return study.replaced({"correlation": correlation, "fitted_from": None})
 
     # --- Motion and curves -----------------------------------------------------------------------
 
@@ -310,14 +309,14 @@ class Attachments:
             where = shorten(file, 200)
             preferred = kinds[::-1] if has_time else kinds
             curve, warnings = self._curve(content, where, *preferred)
-            beyond = angle_curves.not_covered(study, curve, is_travel=is_travel)
+            beyond = study_curves.not_covered(study, curve, is_travel=is_travel)
             if beyond is not None:
-                raise InputError(beyond, where=where, hint=angle_curves.hint_to_cover(curve))
+                raise InputError(beyond, where=where, hint=study_curves.hint_to_cover(curve))
             if is_travel:
-                warnings += angle_curves.warnings_of(study, curve, where)
+                warnings += study_curves.warnings_of(study, curve, where)
             facts: dict[str, Any] = {"rows": curve.rows, "warnings": warnings}
             if curve.is_in_time:
-                facts["note"] = f"{where}: {angle_curves.task_note(curve)}"
+                facts["note"] = f"{where}: {study_curves.task_note(curve)}"
             self._note(key, file, content, **facts)
             update[table] = part.model_copy(update={name: curve})
         return update

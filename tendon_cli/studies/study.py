@@ -246,17 +246,9 @@ class Study(Displayed, StudyTables):
     @property
     def words(self) -> dict[str, tuple[str, ...]]:
         """Words that vary, by dotted key: the places of the springs."""
-        springs = {
-            "spring.at": self.spring,
-            "spring.flexor.at": self.spring.flexor,
-            "spring.extensor.at": self.spring.extensor,
-        }
-        varied: dict[str, tuple[str, ...]] = {}
-        for key, spring in springs.items():
-            places = getattr(spring, "at", None)
-            if isinstance(places, tuple):
-                varied[key] = places
-        return varied
+        springs = parts.with_sides(self.spring, "spring")
+        places = {f"{key}.at": spring.at for key, spring in springs.items()}
+        return {key: words for key, words in places.items() if isinstance(words, tuple)}
 
     @property
     def uncertain(self) -> dict[str, Uncertain]:
