@@ -142,8 +142,10 @@ def _dimensions_in(value: object) -> Iterator[str]:
     """Yield the dimensions of all readings in what a study states for one key."""
     if isinstance(value, str):
         yield from filter(None, map(dimension_of, parts_of_text(value)))
-    elif isinstance(value, (list, tuple, Mapping)):
-        for inner in value.values() if isinstance(value, Mapping) else value:
+    elif isinstance(value, Mapping):
+        yield from _dimensions_in([*value.values()])
+    elif isinstance(value, (list, tuple)):
+        for inner in value:
             yield from _dimensions_in(inner)
 
 
