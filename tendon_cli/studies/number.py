@@ -99,8 +99,7 @@ class NumberField(SingleField):
         if spacing not in ("linear", "log"):
             raise fault(f'spacing = {described(spacing)}, expected "linear" or "log"')
         num = _count(table["num"]) if length == "num" else None
-        first = self._inner(table, "from")
-        last = self._inner(table, "to")
+        first, last = self._ends(table)
         if num is None:
             num = self._num_from_step(first, last, table["step"], spacing)
         grid = Grid(first, last, num, log=spacing == "log")
@@ -135,6 +134,10 @@ class NumberField(SingleField):
             )
         return _count(int(steps) + 1)
 
+    def _ends(self, table: dict[Any, Any]) -> tuple[Measure, Measure]:
+        """Return both ends of a grid or an interval."""
+        return self._inner(table, "from"), self._inner(table, "to")
+
     def _inner(self, table: dict[Any, Any], name: str) -> Measure:
         """Return the value at a key of a grid or an uncertain number; a fault names this key."""
         try:
@@ -148,8 +151,7 @@ class NumberField(SingleField):
 
     def _interval(self, table: dict[Any, Any]) -> Grid:
         """Return the two ends of `{ from, to }`, which means every value between them."""
-        low = self._inner(table, "from")
-        high = self._inner(table, "to")
+        low, high = self._ends(table)
         if low.exact == high.exact:
             hint = f"write {low.quoted} for this one value"
             raise fault("an interval with equal ends", hint)
@@ -208,9 +210,7 @@ class NumberField(SingleField):
 
     def _between(self, low: str, high: str) -> StudyNumber:
         """Return `a to b`, which is uniform between the two."""
-        table = {"from": low, "to": high}
-        first = self._inner(table, "from")
-        last = self._inner(table, "to")
+        first, last = self._ends({"from": low, "to": high})
         if first.exact > last.exact:
             given = described(f"{low} to {high}")
             hint = f'write "{high} to {low}"'
