@@ -306,15 +306,11 @@ def _reading_unit_faults(study: Study) -> Iterator[Fault]:
     """Yield a fault for each reading that is stated in another unit than its gauge shows."""
     read = study.setting.read
     wanted_dimension = dimension_of_reading(read)
-    stated = {
-        "design.pretension": getattr(study.design.pretension, "dimension", None),
-        _LARGEST_PRETENSION: getattr(
-            getattr(study.limits, "max_pretension", None), "dimension", None
-        ),
-        READING_ERROR: getattr(study.setting.reading_error, "dimension", None),
-    }
-    if "pretension" in study.tendon.model_fields_set:
-        stated[PRETENSION] = getattr(study.tendon.pretension, "dimension", None)
+    stated = {"design.pretension": getattr(study.design.pretension, "dimension", None)}
+    for key in (_LARGEST_PRETENSION, READING_ERROR, PRETENSION):
+        is_default = key == PRETENSION and "pretension" not in study.tendon.model_fields_set
+        if key in study.numbers and not is_default:
+            stated[key] = study.numbers[key].dimension
     for rows in study.row_tables:
         for key, place in rows.places.items():
             stated[place] = rows.readings.get(key)

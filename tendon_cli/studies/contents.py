@@ -12,10 +12,8 @@ from pydantic.fields import FieldInfo
 
 from tendon_cli.quantities import QUANTITIES, Quantity, bound_name
 from tendon_cli.space.axis import limit_of, split_side
-from tendon_cli.studies.angle_curves import CurveTable
 from tendon_cli.studies.design_section import Limits
 from tendon_cli.studies.fields import SingleField, fault
-from tendon_cli.studies.magnitude import Slip
 from tendon_cli.studies.number import NumberField
 from tendon_cli.studies.parts import (
     Anchor,
@@ -69,20 +67,27 @@ def fields_in(part: type[Part]) -> dict[str, SingleField | type[Part] | None]:
     return fields
 
 
-def marked_numbers(part: Part, prefix: str) -> Iterator[tuple[str, SingleField, StudyNumber]]:
-    """Yield every number that a table holds, with its dotted key and the mark of its field.
+def values_in(part: Part, prefix: str) -> Iterator[tuple[str, Any, Any]]:
+    """Yield every value of a table that is no table, with its dotted key and what its field holds.
 
     Args:
-        part: The table; the tables inside it are searched, too.
-        prefix: Dotted key of the table itself.
+        part: The table; the tables inside it are searched, too, but no lists of tables.
+        prefix: Dotted key of the table itself; empty for a whole study.
     """
     for name, kind in field_kinds(type(part)).items():
         value = getattr(part, name)
-        key = f"{prefix}.{name}"
+        key = f"{prefix}.{name}".removeprefix(".")
+        if isinstance(value, Part):
+            yield from values_in(value, key)
+        else:
+            yield key, kind, value
+
+
+def marked_numbers(part: Part, prefix: str) -> Iterator[tuple[str, SingleField, StudyNumber]]:
+    """Yield every number that a table holds, with its dotted key and the mark of its field."""
+    for key, kind, value in values_in(part, prefix):
         if isinstance(value, StudyNumber) and isinstance(kind, SingleField):
             yield key, kind, value
-        elif isinstance(value, Part):
-            yield from marked_numbers(value, key)
 
 
 def part_document(part: Part) -> dict[str, Any]:
@@ -106,22 +111,6 @@ def part_document(part: Part) -> dict[str, Any]:
         elif value is not None:
             content[name] = value
     return content
-
-
-def marked_slips(part: Part, prefix: str) -> Iterator[tuple[str, tuple[Slip, ...]]]:
-    """Yield the numbers and curves of a table that are far from any arm, with their dotted keys.
-
-    Args:
-        part: The table; the tables inside it are searched, too, but no lists of tables.
-        prefix: Dotted key of the table itself; empty for a whole study.
-    """
-    for name in type(part).model_fields:
-        value = getattr(part, name)
-        key = f"{prefix}.{name}".removeprefix(".")
-        if isinstance(value, Part):
-            yield from marked_slips(value, key)
-        elif isinstance(value, StudyNumber | CurveTable) and value.slips:
-            yield key, value.slips
 
 
 def warn_of_distributions(

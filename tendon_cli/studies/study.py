@@ -28,14 +28,15 @@ from tendon_cli.space.axis import (
 )
 from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies import parts
+from tendon_cli.studies.angle_curves import CurveTable
 from tendon_cli.studies.contents import (
     DESIGN_PARTS,
     Key,
     Title,
     keys,
     marked_numbers,
-    marked_slips,
     part_document,
+    values_in,
     warn_of_distributions,
 )
 from tendon_cli.studies.correlation import Correlation
@@ -231,7 +232,11 @@ class Study(Displayed, StudyTables):
     @property
     def slips(self) -> dict[str, Sequence[Slip]]:
         """Values far from any arm, by dotted key: those of numbers and of curves."""
-        found: dict[str, Sequence[Slip]] = dict(marked_slips(self, ""))
+        found: dict[str, Sequence[Slip]] = {
+            key: value.slips
+            for key, _, value in values_in(self, "")
+            if isinstance(value, StudyNumber | CurveTable) and value.slips
+        }
         for table in self.row_tables:
             found |= table.slips
         return found
