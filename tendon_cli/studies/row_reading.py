@@ -526,8 +526,8 @@ class _ColumnCells:
             PydanticCustomError: The cell holds no number of this dimension.
         """
         if isinstance(cell, bool) or not isinstance(cell, str | int | float):
-            number = SingleField.read(self.mark, cell)  # a fault, and nothing to look up
-            return math.nan if number is None else number.single
+            number = SingleField.form(self.mark, cell)  # a fault, and nothing to look up
+            return number.single
         if self._needs_unit and _number_text(cell) is not None:
             self.without_unit += 1
             return math.nan
