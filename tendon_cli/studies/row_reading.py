@@ -58,7 +58,6 @@ _LARGEST = 1e300
 """Bound below which a number counts as finite."""
 _UNSTATED = ("inf", "+inf", "-inf", "infinity", "\u221e", "nan", "na", "n/a", "-")
 """Cells of a limit that a maker does not state: they are as empty."""
-_UNKNOWN = "unknown key"
 CASES = "cases"
 """Key of the rows whose table is called `case`."""
 _HEADER = re.compile(r"^(.*?)\s*(?:[(\[](.*)[)\]])?\s*$", re.DOTALL)
@@ -112,17 +111,6 @@ def flat_keys(table: Mapping[Any, Any], prefix: str = "") -> Iterator[tuple[str,
             yield from flat_keys(value, f"{key}.")
         else:
             yield key, value
-
-
-def unknown_key(name: str) -> tuple[str, str | None]:
-    """Return problem and hint of a key that no row can set."""
-    instead = instead_of(name.split("."))
-    if instead is not None:
-        return IS_GONE, instead
-    if is_key_of_study(name):
-        hint = f"state {name} for the whole study, or write a study for each row"
-        return "is the same for all rows", hint
-    return _UNKNOWN, hint_at_nearest(name, (NAME, *row_keys()), cutoff=0.6)
 
 
 def columns_set(columns: Sequence[Heading]) -> Sequence[Heading]:
@@ -309,13 +297,20 @@ class RowReader:
             header: The header.
             meant: Key whose column in tables it names; None for any other.
         """
-        problem, near = unknown_key(header.name)
-        if problem != _UNKNOWN:
-            return problem, near or ""
+        name = header.name
+        instead = instead_of(name.split("."))
+        if instead is not None:
+            return IS_GONE, instead
+        if is_key_of_study(name):
+            hint = f"state {name} for the whole study, or write a study for each row"
+            return "is the same for all rows", hint
         like = meant or _key_like(header)
+        near = hint_at_nearest(name, (NAME, *row_keys()), cutoff=0.6)
         if meant is not None or (near is None and like is not None):
             near = f'did you mean "{like}"?'
-        return problem, _with_unit(near or "keys such as spring.stiffness (kN/m)", header)
+        if near is None:
+            return "unknown key", "keys such as spring.stiffness (kN/m)"
+        return "unknown key", _with_unit(near, header)
 
     def _refuse_nothing_set(self, headers: Sequence[Heading]) -> None:
         """Refuse rows that set no number of the study; name keys that headers may have meant."""

@@ -21,10 +21,10 @@ from pydantic_core import CoreSchema, PydanticCustomError
 from tendon_cli.errors import Fault
 from tendon_cli.studies.contents import DESIGN_PARTS, keys
 from tendon_cli.studies.design_section import Seed
-from tendon_cli.studies.fields import FieldMark, fault, fault_inside, whole_number
-from tendon_cli.studies.model_words import KEYS_OF_WORDS
+from tendon_cli.studies.fields import FieldMark, fault, fault_inside, hint_at_nearest, whole_number
+from tendon_cli.studies.gone import IS_GONE, instead_of
 from tendon_cli.studies.parts import FileName, Part, field_default
-from tendon_cli.studies.row_reading import flat_keys, known_columns, row_keys, unknown_key
+from tendon_cli.studies.row_reading import flat_keys, known_columns, row_keys
 from tendon_cli.studies.row_table import NAME, RowTable, StatedRole
 from tendon_cli.studies.values import StudyNumber, Uncertain, sample_numbers
 from tendon_cli.units import described, shorten
@@ -158,11 +158,15 @@ class _BetweenField(FieldMark):
             raise fault(f"{described(value)} is not a table, expected a range for each key", hint)
         numbers: dict[str, StudyNumber] = {}
         for key, stated in flat_keys(value):
-            if key in KEYS_OF_WORDS:
+            instead = instead_of(key.split("."))
+            if instead is not None:
+                raise fault_inside(key, fault(IS_GONE, instead))
+            if key in row_keys() and key not in keys():
                 problem = "is a choice of words, which has no range; rows of a table take it"
                 raise fault_inside(key, fault(problem))
             if key not in row_keys():
-                raise fault_inside(shorten(key), fault(*unknown_key(key)))
+                near = hint_at_nearest(key, row_keys(), cutoff=0.6)
+                raise fault_inside(shorten(key), fault("unknown key", near))
             try:
                 number = keys()[key].number.read(stated)
             except PydanticCustomError as error:
