@@ -18,7 +18,7 @@ from tendon_cli.quantities import QUANTITIES
 from tendon_cli.readers.heading import Heading, columns_named
 from tendon_cli.readers.table import Table, read_table
 from tendon_cli.studies.magnitude import Slip, column_slips, raise_with_slips
-from tendon_cli.units import factor_of, shorten
+from tendon_cli.units import factor_of, known_units, shorten
 
 _SEX_WORDS = {
     "m": "male",
@@ -149,7 +149,7 @@ def _headers(table: Table) -> dict[str, Heading]:
     for column in table.columns:
         if column.index not in known:
             with table.collected():
-                _refuse_near_misses(column, given, table.place(column))
+                _refuse_near_misses(column.header, given, table.place(column))
     if not given.intersection(DIMENSIONS):
         table.raise_faults()
         problem = f"no column is a dimension of a body, the columns are {table.shown}"
@@ -158,33 +158,45 @@ def _headers(table: Table) -> dict[str, Heading]:
     return dict(sorted(headers.items(), key=lambda pair: pair[1].index))
 
 
-def _refuse_near_misses(column: Heading, given: set[str], where: str) -> None:
+def _refuse_near_misses(text: str, given: set[str], where: str) -> None:
     """Raise InputError for a header that is nearly known, or known by another word.
 
     Args:
-        column: The column.
+        text: The header.
         given: Dimensions that other columns give; another word for one of them is no mistake.
-        where: Place of the header in errors.
+        where: Name of the file in errors.
     """
-    plain = unicodedata.normalize("NFKD", column.name.casefold().replace("ß", "ss"))
+    plain = unicodedata.normalize("NFKD", text.casefold().replace("ß", "ss"))
     without_marks = "".join(sign for sign in plain if not unicodedata.combining(sign))
-    words = re.sub(r"[^a-z0-9]+", "_", without_marks).strip("_")
-    first = words.partition("_")[0]
-    german = _GERMAN.get(re.sub("(?<=[aou])e", "", first))  # ae, oe, ue stand for one with dots
-    english = _ENGLISH.get(words)
+    words = re.sub(r"[^a-z0-9]+", "_", without_marks).split("_")
+    german = _GERMAN.get(re.sub("(?<=[aou])e", "", words[0]))  # ae, oe, ue stand for one with dots
+    name = text.partition("(")[0].partition("[")[0].strip().casefold()
+    english = _ENGLISH.get(_without_unit(words))
     if english in given:
         return
     others = {other: known for other, known in _ENGLISH.items() if known not in given}
-    near = "".join(difflib.get_close_matches(words, (*_KNOWN, *others), n=1, cutoff=0.8))
+    near = "".join(difflib.get_close_matches(name, (*_KNOWN, *others), n=1, cutoff=0.8))
     meant = english or german or others.get(near, near)
     if not meant:
         return
     expected = meant
     if quantity := QUANTITIES.get(meant):
-        is_fit = column.dimension == quantity.dimension
-        expected = f"{meant} ({column.unit if is_fit else quantity.shown_in})"
+        units = known_units(quantity.dimension)
+        unit = next((word for word in words if word in units), quantity.shown_in)
+        expected = f"{meant} ({unit})"
     hint = f'write "{expected}"; known headers: {", ".join(_KNOWN)}'
-    raise InputError(f'the header "{shorten(column.header)}" is not known', where=where, hint=hint)
+    raise InputError(f'the header "{shorten(text)}" is not known', where=where, hint=hint)
+
+
+def _without_unit(words: list[str]) -> str:
+    """Return the words of a header without the unit at its end: "height" of "height_cm"."""
+    units = {
+        unit.casefold() for name in DIMENSIONS for unit in known_units(QUANTITIES[name].dimension)
+    }
+    last = len(words)
+    while last > 1 and (not words[last - 1] or words[last - 1] in units):
+        last -= 1
+    return "_".join(words[:last])
 
 
 def _dimension(table: Table, column: Heading, name: str) -> tuple[Array, tuple[Slip, ...]]:
