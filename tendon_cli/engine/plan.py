@@ -170,7 +170,7 @@ class Plan:
         return tuple(
             limit.column
             for limit in ADDED
-            if all(is_stated(self.study, need) for need in limit.needs)
+            if all(is_stated(self.study, need.key) for need in limit.needs)
         )
 
     @property

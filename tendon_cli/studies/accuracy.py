@@ -8,13 +8,19 @@ from typing import Any
 from pydantic import GetJsonSchemaHandler
 from pydantic_core import CoreSchema
 
-from tendon_cli.studies.fields import BARE_NUMBER, FieldMark, SingleField, fault, hint_to_write
-from tendon_cli.studies.reading_fields import SingleReadingField, dimension_of
+from tendon_cli.studies.fields import (
+    BARE_NUMBER,
+    FieldMark,
+    SingleField,
+    dimension_of,
+    fault,
+    hint_to_write,
+)
 from tendon_cli.units import SI_UNIT, UnitError, described, parse_measure
 
 _EXPECTED = 'a length of tendon such as "2 mm", or a tension such as "5 N"'
 _LENGTH = SingleField("tolerance_length", 0.0, 0.1)
-_TENSION = SingleReadingField("pretension", 0.0, 1e4)
+_TENSION = SingleField("pretension", 0.0, 1e4, is_reading=True)
 
 
 @dataclass(frozen=True)
@@ -46,22 +52,25 @@ class AccuracyField(FieldMark):
         """
         if isinstance(value, Accuracy):
             return value
-        if not isinstance(value, str):
-            if value == 0 and not isinstance(value, bool):
-                return Accuracy(length=0.0, tension=None)
-            is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-            raise fault(_problem(value), _hint_at_unit(repr(value)) if is_number else None)
-        dimension = dimension_of(value)
-        if dimension is not None:
-            measure = parse_measure(value, dimension)
-            return Accuracy(None, _TENSION.bounded(measure), dimension)
-        try:
-            measure = parse_measure(value, "length")
-        except UnitError as error:
-            is_bare = BARE_NUMBER.fullmatch(value.strip())
-            hint = _hint_at_unit(value.strip()) if is_bare else error.hint
-            raise fault(_problem(value), hint) from None
-        return Accuracy(length=_LENGTH.bounded(measure), tension=None)
+        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if is_number and value == 0:
+            return Accuracy(length=0.0, tension=None)
+        number = repr(value) if is_number else ""
+        hint = None
+        if isinstance(value, str):
+            dimension = dimension_of(value)
+            if dimension is not None:
+                tension = _TENSION.bounded(parse_measure(value, dimension))
+                return Accuracy(None, tension, dimension)
+            try:
+                return Accuracy(_LENGTH.bounded(parse_measure(value, "length")), None)
+            except UnitError as error:
+                hint = error.hint
+            number = value.strip()
+        if BARE_NUMBER.fullmatch(number):
+            hint = hint_to_write([*_LENGTH.in_units(number), *_TENSION.in_units(number)])
+        problem = f"{described(value)} is neither a length nor a tension, expected {_EXPECTED}"
+        raise fault(problem, hint)
 
     def __get_pydantic_json_schema__(
         self, core: CoreSchema, handler: GetJsonSchemaHandler
@@ -69,13 +78,3 @@ class AccuracyField(FieldMark):
         of_length = _LENGTH.text_schema()
         of_tension = _TENSION.text_schema()
         return {"anyOf": [of_length, of_tension, {"const": 0}]}
-
-
-def _hint_at_unit(number: str) -> str | None:
-    """Return the advice to write a bare number as a length or a tension that is possible."""
-    return hint_to_write([*_LENGTH.in_units(number), *_TENSION.in_units(number)])
-
-
-def _problem(value: object) -> str:
-    """Say what is wrong with a value that is no accuracy."""
-    return f"{described(value)} is neither a length nor a tension, expected {_EXPECTED}"

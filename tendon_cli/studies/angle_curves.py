@@ -8,15 +8,14 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydantic import GetJsonSchemaHandler
 from pydantic_core import CoreSchema
 
-from tendon_cli.errors import InputError
 from tendon_cli.model.kinematics import Array, Spline
-from tendon_cli.quantities import SIDES
+from tendon_cli.quantities import QUANTITIES
 from tendon_cli.readers.clock import first_back
 from tendon_cli.readers.heading import Heading, columns_named
 from tendon_cli.readers.table import Table, read_table
@@ -25,42 +24,47 @@ from tendon_cli.studies.magnitude import (
     Slip,
     column_slips,
     raise_with_slips,
-    slip_of,
     step_slips,
 )
 from tendon_cli.studies.number import NumberField, schema_table
-from tendon_cli.units import Measure, counted, described, factor_of, known_units
+from tendon_cli.units import counted, described, factor_of, known_units
 
 MAX_BYTES = 4_000_000
 """Largest size of a CSV of a curve, bytes."""
 MOST_ROWS = 20_000
 """Largest number of rows of a curve."""
-FEWEST_BEYOND = 3
-"""Rows of measured travels beyond the motion that keep the uncertain end of a spline away."""
 _LONGEST_NAME = 4096  # of a file
-_ROUNDING = 1e-9  # rad; angles that differ by less are the same
 _STRAIGHT = 1e-13
 """Bend of a curve between two of its points, as a share of its values, that is rounding alone."""
-_QUANTITIES = {
-    "angle": "elbow_angle",
-    "torque": "elbow_torque",
-    "length": "flexor_travel",
-    "time": "time",
+
+
+class _Column(NamedTuple):
+    """Column that a curve may have."""
+
+    quantity: str
+    """Quantity by whose units and range its values are read."""
+    spellings: tuple[str, ...]
+    """Its names in files, those of tendon's own tables among them."""
+
+    @property
+    def dimension(self) -> str:
+        """Dimension of its values."""
+        return QUANTITIES[self.quantity].dimension
+
+
+_COLUMNS = {
+    "angle": _Column("elbow_angle", ("angle", "elbow_angle", "joint_angle", "theta", "winkel")),
+    "time": _Column("time", ("time", "t", "zeit", "timestamp", "millis", "micros", "nanos")),
+    "torque": _Column(
+        "elbow_torque",
+        ("torque", "load_torque", "joint_torque", "elbow_torque", "moment", "drehmoment"),
+    ),
+    "flexor": _Column("flexor_travel", ("flexor", "flexor_travel", "flexor_excursion")),
+    "extensor": _Column("flexor_travel", ("extensor", "extensor_travel", "extensor_excursion")),
+    "bend": _Column("bend_angle", ("bend", "bend_angle")),
 }
-"""A quantity of each dimension, by whose units and range the values of a column are read."""
-_SPELLINGS = {
-    "angle": ("angle", "elbow_angle", "joint_angle", "theta", "winkel"),
-    "time": ("time", "t", "zeit", "timestamp", "millis", "micros", "nanos"),
-    "torque": ("torque", "load_torque", "joint_torque", "elbow_torque", "moment", "drehmoment"),
-    "flexor": ("flexor", "flexor_travel", "flexor_excursion"),
-    "extensor": ("extensor", "extensor_travel", "extensor_excursion"),
-    "bend": ("bend", "bend_angle"),
-}
-"""Names of columns in files, those of tendon's own tables among them."""
 _OPTIONAL_SPELLINGS = {"torque": ("torque", "load_torque")}
 """Names of columns that a file may lack: its elbow torque is that of all loads."""
-_BEND = "bend"
-"""Column of a bend angle, which may be larger than the angle of a joint."""
 
 
 @dataclass(frozen=True)
@@ -134,8 +138,8 @@ class CurveTable:
 class CurveColumns:
     """Columns of a curve over angles or times."""
 
-    dimensions: tuple[tuple[str, str], ...]
-    """Name and dimension of each column, the angle or time first."""
+    columns: tuple[str, ...]
+    """Names of the columns, the angle or time first."""
     fewest: int = 3
     """Smallest number of rows of a curve; two are a line."""
     optional: tuple[str, ...] = ()
@@ -148,12 +152,12 @@ class CurveColumns:
     @property
     def first(self) -> str:
         """Name of the column over which the others are given."""
-        return self.dimensions[0][0]
+        return self.columns[0]
 
     @property
     def names(self) -> list[str]:
         """Names of the columns that every curve has, the angle or time first."""
-        return [name for name, _ in self.dimensions if name not in self.optional]
+        return [name for name in self.columns if name not in self.optional]
 
     @property
     def phrase(self) -> str:
@@ -167,15 +171,7 @@ class CurveColumns:
 
     def spellings(self, name: str) -> tuple[str, ...]:
         """Return the names that a column may have in a file, its own first."""
-        return (_OPTIONAL_SPELLINGS if name in self.optional else _SPELLINGS)[name]
-
-    def among(self, names: Collection[str]) -> dict[str, str]:
-        """Return the dimension of each column, without the optional ones that have no name here."""
-        return {
-            name: dimension
-            for name, dimension in self.dimensions
-            if name not in self.optional or name in names
-        }
+        return _OPTIONAL_SPELLINGS[name] if name in self.optional else _COLUMNS[name].spellings
 
     def of_lists(self, value: Mapping[str, object]) -> CurveTable:
         """Return the curve of a table of lists.
@@ -185,15 +181,18 @@ class CurveColumns:
         """
         columns: dict[str, tuple[float, ...]] = {}
         slips: tuple[Slip, ...] = ()
-        for name, dimension in self.among([*value]).items():
+        for name in self.columns:
+            if name not in value:
+                continue
             listed = value[name]
             if not isinstance(listed, (list, tuple)) or len(listed) > MOST_ROWS:
                 raise fault(f"{name}: {described(listed)} is not a list of values")
-            single = SingleField(_QUANTITIES[dimension], 0, 0)
+            single = SingleField(_COLUMNS[name].quantity, 0, 0)
             measures = [single.measure(item) for item in listed]
             columns[name] = tuple(measure.si for measure in measures)
-            if dimension != "time":
-                slips += _list_slips(name, dimension, listed, measures)
+            if name != "time":
+                places = [f"{name} {row + 1}" for row in range(len(listed))]
+                slips += single.slips(*zip(places, listed, measures, strict=True))
         if len({len(values) for values in columns.values()}) > 1:
             raise fault(
                 f"its lists have different lengths, expected one value of each for every "
@@ -209,7 +208,7 @@ class CurveColumns:
     def json_table(self) -> dict[str, Any]:
         """Return the JSON schema of a table with these columns."""
         values = {"type": "array", "items": {"type": ["number", "string"]}, "minItems": self.fewest}
-        return schema_table(dict.fromkeys(dict(self.dimensions), values), len(self.names))
+        return schema_table(dict.fromkeys(self.columns, values), len(self.names))
 
 
 @dataclass(frozen=True)
@@ -253,22 +252,13 @@ def _any_of(kinds: Sequence[CurveColumns]) -> str:
 
 SIGN_OF_TASK = "positive torque is what the flexor must give"
 """Sign of the torque of a task in words."""
-TORQUE = CurveColumns(
-    (("angle", "angle"), ("torque", "torque")),
-    fewest=2,
-    meaning="positive torque resists flexion",
-)
-TASK_OVER_ANGLE = CurveColumns(TORQUE.dimensions, fewest=2, meaning=SIGN_OF_TASK)
-TASK_OVER_TIME = CurveColumns(
-    (("time", "time"), ("torque", "torque")), fewest=2, meaning=SIGN_OF_TASK
-)
-EXCURSION = CurveColumns(
-    (("angle", "angle"), ("flexor", "length"), ("extensor", "length")),
-    meaning="both rise with flexion",
-)
-BEND = CurveColumns((("angle", "angle"), ("bend", "angle")), fewest=2)
+TORQUE = CurveColumns(("angle", "torque"), fewest=2, meaning="positive torque resists flexion")
+TASK_OVER_ANGLE = CurveColumns(("angle", "torque"), fewest=2, meaning=SIGN_OF_TASK)
+TASK_OVER_TIME = CurveColumns(("time", "torque"), fewest=2, meaning=SIGN_OF_TASK)
+EXCURSION = CurveColumns(("angle", "flexor", "extensor"), meaning="both rise with flexion")
+BEND = CurveColumns(("angle", "bend"), fewest=2)
 TRAJECTORY = CurveColumns(
-    (("time", "time"), ("angle", "angle"), ("torque", "torque")),
+    ("time", "angle", "torque"),
     fewest=12,
     optional=("torque",),
     meaning=SIGN_OF_TASK,
@@ -336,21 +326,6 @@ def _unordered(positions: Array, first: str) -> list[tuple[str, int]]:
     return [*problems, *((problem, row) for row in (np.flatnonzero(begins) + 1).tolist())]
 
 
-def _quantity_of(name: str, dimension: str) -> str:
-    """Return the quantity whose plausible range holds for a column of a curve."""
-    return "bend_angle" if name == _BEND else _QUANTITIES[dimension]
-
-
-def _list_slips(
-    name: str, dimension: str, values: Sequence[object], measures: Sequence[Measure]
-) -> tuple[Slip, ...]:
-    """Return the slips of a column of a curve that a study lists."""
-    quantity = _quantity_of(name, dimension)
-    rows = enumerate(zip(values, measures, strict=True), start=1)
-    found = (slip_of(quantity, measure, value, f"{name} {row}") for row, (value, measure) in rows)
-    return tuple(slip for slip in found if slip is not None)
-
-
 def _ascending(columns: Mapping[str, Sequence[float]], slips: tuple[Slip, ...] = ()) -> CurveTable:
     """Return columns in the order of rising angles, or times."""
     first = next(iter(columns.values()))
@@ -376,7 +351,7 @@ def read_curve(
 
     def known(columns: Sequence[Heading]) -> list[Heading]:
         """Return the columns of a line that names an angle or a time."""
-        spellings = [kind.spellings(name) for kind in kinds for name in dict(kind.dimensions)]
+        spellings = [kind.spellings(name) for kind in kinds for name in kind.columns]
         found = [columns_named(columns, names) for names in spellings]
         found += [_joint_angles(columns)]
         has_first = any(columns_named(columns, kind.spellings(kind.first)) for kind in kinds)
@@ -390,17 +365,19 @@ def read_curve(
         table.need(names, hint=f"expected the columns {_any_of(kinds)}")
         table.raise_faults()
     kind = fitting[0] if fitting else kinds[0]
-    present = [name for name in kind.optional if table.named(*kind.spellings(name))]
-    dimensions = kind.among(present)
     places = [table.place(row=row) for row in range(len(table))]
-    columns: dict[str, Array] = {}
+    columns = {
+        name: np.full(len(table), np.nan)
+        for name in kind.columns
+        if name not in kind.optional or table.named(*kind.spellings(name))
+    }
     slips: tuple[Slip, ...] = ()
     read = []
     time_unit = ""
-    for name, dimension in dimensions.items():
+    for name in columns:
+        dimension = _COLUMNS[name].dimension
         example = f"such as {name} ({known_units(dimension)[0]})"
         hint = "; ".join(filter(None, (example, kind.meaning)))
-        columns[name] = np.full(len(table), np.nan)
         joint_angles = _joint_angles(table.columns)
         if name == "angle" and not table.named(*kind.spellings(name)) and len(joint_angles) == 1:
             column: Heading | None = joint_angles[0]
@@ -419,7 +396,7 @@ def read_curve(
         if dimension == "angle" and kind.is_sampled:
             values = table.unwrapped(column, values, 2.0 * math.pi)
         if unit:
-            slips += column_slips(_quantity_of(name, dimension), values, unit, name, places)
+            slips += column_slips(_COLUMNS[name].quantity, values, unit, name, places)
         columns[name] = values
     _collect_disorder(table, np.array([*columns.values()]), kind)
     raise_with_slips(table, () if accepts_slips else slips)
@@ -468,131 +445,3 @@ def _without_rounding(pieces: Array, angles: Array, values: Array) -> Array:
     bends = np.abs(pieces[:2]) * shares
     is_rounding = (bends <= _STRAIGHT * np.abs(values).max()).all()
     return np.vstack([np.zeros_like(pieces[:2]), pieces[2:]]) if is_rounding else pieces
-
-
-def curves_of(study: Any) -> dict[str, Spline]:
-    """Return the splines of a study's curves, by the keys under which the model looks them up."""
-    joint = study.joint
-    curves = {}
-    for key, table in (("joint.torque", joint.torque), ("load.torque", study.load.torque)):
-        if isinstance(table, CurveTable) and not table.is_in_time:
-            curves[key] = table.spline("torque")
-    for key, table in bends_of(study).items():
-        curves[key] = table.spline("bend")
-    if isinstance(joint.excursion, CurveTable):
-        noise = joint.smoothing.single if joint.smoothing is not None else 0.0
-        for side in SIDES:
-            curves[f"joint.{side}_excursion"] = joint.excursion.spline(side, noise)
-    return curves
-
-
-def bends_of(study: Any) -> dict[str, CurveTable]:
-    """Return the bend angles that vary with the joint, by dotted key."""
-    sheaths = {
-        "sheath": study.sheath,
-        "sheath.flexor": study.sheath.flexor,
-        "sheath.extensor": study.sheath.extensor,
-    }
-    bends = {
-        f"{key}.bend_angle": getattr(sheath, "bend_angle", None) for key, sheath in sheaths.items()
-    }
-    return {key: bend for key, bend in bends.items() if isinstance(bend, CurveTable)}
-
-
-def not_covered(study: Any, table: CurveTable, *, is_travel: bool) -> str | None:
-    """Return the problem if a curve does not reach as far as the motion; None if it does.
-
-    Args:
-        study: The study.
-        table: The curve.
-        is_travel: True for travels, which are counted from the angle at which pretension is set.
-    """
-    if isinstance(study.motion.trajectory, str):  # not read yet
-        return None
-    if table.is_in_time:
-        return _clock_not_covered(study.motion.trajectory, table)
-    motion = "motion.elbow_angle" if study.trajectory is None else "motion.trajectory"
-    asked = [(motion, study.angles.min()), (motion, study.angles.max())]
-    if is_travel:
-        asked += [("setting.angle", angle) for angle in study.setting.angle.extremes]
-    low = table.angles[0]
-    high = table.angles[-1]
-    for key, angle in asked:
-        if not low - _ROUNDING <= angle <= high + _ROUNDING:
-            reach = f"{math.degrees(low):.6g} to {math.degrees(high):.6g} deg"
-            return f"covers {reach}, but {key} needs {math.degrees(angle):.6g} deg"
-    return None
-
-
-def _clock_not_covered(trajectory: CurveTable | None, task: CurveTable) -> str | None:
-    """Return the problem if a torque over time does not reach over the whole motion.
-
-    A sample of the motion stands for half a step on either side, which is the tolerance. Without a
-    motion in time there is no problem of the clock.
-    """
-    if trajectory is None:
-        return None
-    half_step = 0.5 * float(np.median(np.diff(trajectory.times)))
-    first, last = trajectory.times[[0, -1]]
-    if task.times[0] - half_step <= first and last <= task.times[-1] + half_step:
-        return None
-    reach = f"{task.times[0]:.6g} to {task.times[-1]:.6g} s"
-    return (
-        f"reaches from {reach}, but motion.trajectory from {first:.6g} to {last:.6g} s, "
-        "on the same clock"
-    )
-
-
-def hint_to_cover(table: CurveTable) -> str:
-    """Return the advice for a curve that does not reach as far as the motion."""
-    if table.is_in_time:
-        return "extend the torque, or shorten the motion"
-    return "extend the table, or ask for fewer angles"
-
-
-def task_note(columns: CurveTable) -> str:
-    """Return a note on a torque over time: its range, its clock and the meaning of its sign."""
-    torques = columns.columns["torque"]
-    first, last = columns.times[[0, -1]]
-    return (
-        f"torque of a task from {min(torques):.4g} to {max(torques):.4g} N m at "
-        f"{first:.4g} to {last:.4g} s, smoothed as the angle is; {SIGN_OF_TASK}"
-    )
-
-
-def warnings_of(study: Any, table: CurveTable, where: str) -> list[str]:
-    """Return warnings on measured travels.
-
-    States have no equilibrium where travels do not rise, and slopes are less certain if the table
-    ends too soon beyond the motion.
-
-    Args:
-        study: The study.
-        table: Travels of both tendons.
-        where: Name of their file.
-
-    Raises:
-        InputError: The travel of a tendon falls throughout.
-    """
-    warnings = []
-    low = study.angles.min()
-    high = study.angles.max()
-    for end, is_beyond in (
-        (low, table.angles < low - _ROUNDING),
-        (high, table.angles > high + _ROUNDING),
-    ):
-        if is_beyond.sum() < FEWEST_BEYOND:
-            near = f"within {FEWEST_BEYOND} rows of the table's end, where slopes are less certain"
-            warnings.append(f"{where}: the motion reaches {math.degrees(end):.4g} deg, {near}")
-    for side in SIDES:
-        slopes = table.spline(side)(table.angles, 1)
-        if (slopes < 0.0).all():
-            hint = f"is the sign of {side} reversed? Both travels increase with flexion"
-            raise InputError(f"the travel of the {side} falls throughout", where=where, hint=hint)
-        if (slopes <= 0.0).any():
-            falling = np.degrees(table.angles[slopes <= 0.0])
-            span = f"{falling.min():.4g} to {falling.max():.4g} deg"
-            warnings.append(
-                f"{where}: the {side}'s travel does not rise at {span}: no equilibrium there"
-            )
-    return warnings

@@ -13,6 +13,7 @@ from tendon_cli.studies import usual
 from tendon_cli.studies.design_section import Uncertainty
 from tendon_cli.studies.study import Study, is_exact, states_reading
 from tendon_cli.studies.usual import UsualDeviation
+from tendon_cli.studies.values import OF_THE_STUDY, Sampler, Stream, draw_numbers
 
 READ_WHERE_DRAWN = "flexor at joint"
 """Gauge by which suits are set that differ, unless the study says how pretensions are read."""
@@ -117,6 +118,25 @@ def _values(study: Study, common: str) -> list[float]:
             if split_side(key)[0] == common:
                 values += [value for value in column.tolist() if not math.isnan(value)]
     return values
+
+
+def draws_of(study: Study, count: int, stream: Stream = OF_THE_STUDY) -> dict[str, Array]:
+    """Return draws of what a study draws, (count,) each; none if it draws nothing.
+
+    Args:
+        study: The study.
+        count: Number of draws.
+        stream: Stream of the random numbers; those of a fresh sample are independent points.
+    """
+    if study.drawing is None:
+        return {}
+    sampler: Sampler = "random"
+    if stream == OF_THE_STUDY:
+        sampler = "even" if study.usual else "sobol"
+    drawn = draw_numbers(
+        study.to_draw, count, study.drawing.seed, study.correlation, sampler=sampler, stream=stream
+    )
+    return drawn_numbers(study, drawn)
 
 
 def drawn_numbers(study: Study, drawn: Mapping[str, Array]) -> dict[str, Array]:

@@ -16,14 +16,14 @@ from tendon_cli.files import read_input
 from tendon_cli.quantities import SIDES
 from tendon_cli.readers.table import read_table
 from tendon_cli.space.axis import CASE_AXIS
-from tendon_cli.studies import angle_curves
+from tendon_cli.studies import angle_curves, study_curves
 from tendon_cli.studies.angle_curves import CurveColumns, CurveTable
 from tendon_cli.studies.checks import sheath_faults
 from tendon_cli.studies.file_content import MAX_BYTES as MAX_PEOPLE_BYTES
 from tendon_cli.studies.file_content import FileContent
 from tendon_cli.studies.json_schema import faults_of
 from tendon_cli.studies.magnitude import Slip, slip_faults, slip_notes
-from tendon_cli.studies.parts import FILES_OF_SHEATH, Part, SheathSide
+from tendon_cli.studies.parts import FILES_OF_SHEATH, Sheath, SheathSide
 from tendon_cli.studies.people.people_section import People
 from tendon_cli.studies.row_reading import (
     CASES,
@@ -52,6 +52,22 @@ _LARGEST_ERROR = 10.0
 """Largest standard error of a friction coefficient."""
 
 
+@dataclass(frozen=True)
+class _File:
+    """File that a study names."""
+
+    key: str
+    """Dotted key that names it."""
+    name: str
+    """Path from the folder of the study, or of the base that names it."""
+    content: bytes
+
+    @property
+    def where(self) -> str:
+        """Its name in messages."""
+        return shorten(self.name, 200)
+
+
 @dataclass
 class Attachments:
     """Reader of the files that one study names; it reads each once and keeps what it gave."""
@@ -75,7 +91,7 @@ class Attachments:
         """
         study = self._with_fitted_suit(study)
         study = self._with_trajectory(study)
-        update = {"sheath": self._sheath(study.sheath, "sheath"), **self._curves(study)}
+        update = {"sheath": self._sheath(study.sheath), **self._curves(study)}
         if study.people is not None:
             update["people"] = self._people(study.people)
         return study.replaced(update) if self.sources else study
@@ -173,26 +189,26 @@ class Attachments:
                     dimension = keys()[f"sheath.{name}"].number.quantity.dimension
                     row[key] = found[name].document(dimension)
 
-    def _reader_of_file(self, name: str, file: str, at: int) -> RowReader | None:
+    def _reader_of_file(self, name: str, named: str, at: int) -> RowReader | None:
         """Return the reader of the file of a table; None if it cannot be read."""
-        key = f"table.{at}.file"
-        content = self._read(file, key, MOST_TABLE_BYTES)
-        if content is None:
+        file = self._read(named, f"table.{at}.file", MOST_TABLE_BYTES)
+        if file is None:
             return None
-        if content.count(b"\n") > MOST_ROWS + 1:
-            problem = f'"{shorten(file)}" has more than {MOST_ROWS:,} lines'
+        if file.content.count(b"\n") > MOST_ROWS + 1:
+            problem = f'"{shorten(file.name)}" has more than {MOST_ROWS:,} lines'
             hint = f"a table has {MOST_ROWS:,} rows at most"
-            self.faults.append(Fault(key, problem, hint))
+            self.faults.append(Fault(file.key, problem, hint))
             return None
-        where = shorten(file, 200)
         try:
-            table = read_table(content, columns_set, source=where, most_bytes=MOST_TABLE_BYTES)
+            table = read_table(
+                file.content, columns_set, source=file.where, most_bytes=MOST_TABLE_BYTES
+            )
         except InputError as error:
-            self.faults.append(_fault_of_file(error, where))
+            self.faults.append(_fault_of_file(error, file.where))
             return None
-        self._note(key, file, content, rows=len(table))
+        self._note(file, rows=len(table))
         reader = RowReader.of_table(name, table)
-        self.faults += [_fault_of_file(error, where) for error in table.faults]
+        self.faults += [_fault_of_file(error, file.where) for error in table.faults]
         return reader
 
     # --- A fitted suit ---------------------------------------------------------------------------
@@ -202,43 +218,39 @@ class Attachments:
 
         A number that is an axis of the study stays one: the study then asks about other suits.
         """
-        file = study.fitted_from
-        content = self._read(file, "fitted_from", MAX_BYTES)
-        if file is None or content is None:
+        file = self._read(study.fitted_from, "fitted_from", MAX_BYTES)
+        if file is None:
             return study
         from tendon_cli.studies.fitted_suit import read_fitted, with_numbers  # if it is named
 
-        where = shorten(file, 200)
-        suit = read_fitted(content, where)
+        where = file.where
+        fitted, correlation, logs, warned = read_fitted(file.content, where)
         for key in ("sheath.friction_from", "sheath.path"):
             name = key.partition(".")[2]
             if getattr(study.sheath, name) is not None:
                 problem = "cannot be given with fitted_from, which also gives it"
                 self.faults.append(Fault(key, problem, "leave one of them out"))
-        axes = [key for key in suit.numbers if key in study.numbers and study.numbers[key].is_axis]
-        numbers = {key: number for key, number in suit.numbers.items() if key not in axes}
-        warnings = [f"{where}: the fit warned: {warning}" for warning in suit.warnings]
+        stated = {key: study.numbers[key] for key in fitted if key in study.numbers}
+        axes = [key for key, number in stated.items() if number.is_axis]
+        numbers = {key: number for key, number in fitted.items() if key not in axes}
+        warnings = [f"{where}: the fit warned: {warning}" for warning in warned]
         if axes:
             listed = ", ".join(axes)
             warnings.append(f"{listed}: the study's own values, not those fitted in {where}")
-        stated = {key: study.numbers[key].array[0] for key in numbers if key in study.numbers}
-        logs = ", ".join(suit.logs)
         note = (
-            f"{where}: {len(numbers)} numbers of this suit as fitted to {shorten(logs)}, drawn with"
-            " their correlation"
+            f"{where}: {len(numbers)} numbers of this suit as fitted to {shorten(', '.join(logs))},"
+            " drawn with their correlation"
         )
         self._note(
-            "fitted_from",
             file,
-            content,
-            logs=list(suit.logs),
-            stated={key: float(value) for key, value in stated.items()},
+            logs=logs,
+            stated={key: stated[key].single for key in numbers if key in stated},
             fitted={key: number.single for key, number in numbers.items()},
             warnings=warnings,
             note=note,
         )
         study = with_numbers(study, numbers)
-        return study.replaced({"correlation": suit.correlation, "fitted_from": None})
+        return study.replaced({"correlation": correlation, "fitted_from": None})
 
     # --- Motion and curves -----------------------------------------------------------------------
 
@@ -248,7 +260,7 @@ class Attachments:
         The torque of a third column becomes the torque of its load.
         """
         stated = study.motion.trajectory
-        rows = self._trajectory_rows(study, stated) if isinstance(stated, str) else stated
+        rows = self._trajectory_rows(study) if isinstance(stated, str) else stated
         if rows is None:
             return study
         task = study.load.torque
@@ -263,34 +275,26 @@ class Attachments:
         load = study.load.model_copy(update={"torque": task})
         return study.replaced({"motion": motion, "load": load})
 
-    def _trajectory_rows(self, study: Study, file: str) -> CurveTable | None:
-        """Return the rows of the file of a motion in time; None if they cannot be smoothed.
-
-        Args:
-            study: The study.
-            file: Name of the file.
-        """
-        key = "motion.trajectory"
-        content = self._read(file, key, angle_curves.MAX_BYTES)
-        if content is None:
+    def _trajectory_rows(self, study: Study) -> CurveTable | None:
+        """Return the rows of the file of a motion in time; None if they cannot be smoothed."""
+        file = self._read(study.motion.trajectory, "motion.trajectory", angle_curves.MAX_BYTES)
+        if file is None:
             return None
         from tendon_cli.studies import measured_motion  # only a trajectory pays for its import
 
-        where = shorten(file, 200)
-        rows, notes = self._curve(content, where, angle_curves.TRAJECTORY)
+        rows, notes = self._curve(file, angle_curves.TRAJECTORY)
         motion = study.motion.model_copy(update={"trajectory": rows})
         short = measured_motion.short_record(motion)
         if short is not None:
-            raise InputError(short.problem, where=where, hint=short.hint)
+            raise InputError(short.problem, where=file.where, hint=short.hint)
         wrong = measured_motion.trajectory_fault(motion)
         if wrong is not None:
             self.faults.append(wrong)
-            notes += self._judged(key, rows.slips)
-            self._note(key, file, content, warnings=notes)
+            self._note(file, warnings=[*notes, *self._judged(file.key, rows.slips)])
             return None
-        facts = measured_motion.facts_of(motion, where)
+        facts = measured_motion.facts_of(motion, file.where)
         facts["warnings"] = [*notes, *facts["warnings"]]
-        self._note(key, file, content, **facts)
+        self._note(file, **facts)
         return rows
 
     def _curves(self, study: Study) -> dict[str, Any]:
@@ -299,75 +303,64 @@ class Attachments:
         has_time = study.motion.trajectory is not None
         for (table, name), kinds in _CURVES.items():
             part = update.get(table, getattr(study, table))
-            file = getattr(part, name)
-            if not isinstance(file, str):
-                continue
-            key = f"{table}.{name}"
-            content = self._read(file, key, angle_curves.MAX_BYTES)
-            if content is None:
+            file = self._read(getattr(part, name), f"{table}.{name}", angle_curves.MAX_BYTES)
+            if file is None:
                 continue
             is_travel = name == "excursion"
-            where = shorten(file, 200)
             preferred = kinds[::-1] if has_time else kinds
-            curve, warnings = self._curve(content, where, *preferred)
-            beyond = angle_curves.not_covered(study, curve, is_travel=is_travel)
+            curve, warnings = self._curve(file, *preferred)
+            beyond = study_curves.not_covered(study, curve, is_travel=is_travel)
             if beyond is not None:
-                raise InputError(beyond, where=where, hint=angle_curves.hint_to_cover(curve))
+                hint = study_curves.hint_to_cover(curve)
+                raise InputError(beyond, where=file.where, hint=hint)
             if is_travel:
-                warnings += angle_curves.warnings_of(study, curve, where)
+                warnings += study_curves.warnings_of(study, curve, file.where)
             facts: dict[str, Any] = {"rows": curve.rows, "warnings": warnings}
             if curve.is_in_time:
-                facts["note"] = f"{where}: {angle_curves.task_note(curve)}"
-            self._note(key, file, content, **facts)
+                facts["note"] = f"{file.where}: {study_curves.task_note(curve)}"
+            self._note(file, **facts)
             update[table] = part.model_copy(update={name: curve})
         return update
 
-    def _curve(
-        self, content: bytes, where: str, *kinds: CurveColumns
-    ) -> tuple[CurveTable, list[str]]:
+    def _curve(self, file: _File, *kinds: CurveColumns) -> tuple[CurveTable, list[str]]:
         """Return a curve as `read_curve` does; errors list slips that the study does not accept."""
-        return angle_curves.read_curve(content, where, *kinds, accepts_slips=self.accepts_slips)
+        return angle_curves.read_curve(
+            file.content, file.where, *kinds, accepts_slips=self.accepts_slips
+        )
 
     # --- People ----------------------------------------------------------------------------------
 
     def _people(self, people: People) -> People:
         """Return the table of people with the content of its files."""
-        named = people.statistics if isinstance(people.statistics, str) else None
-        content = self._read(named, "people.statistics", MAX_BYTES)
-        if named is not None and content is not None:
+        file = self._read(people.statistics, "people.statistics", MAX_BYTES)
+        if file is not None:
             # Only a study with its own statistics pays for the import.
             from tendon_cli.studies.people.survey import read_survey
 
-            survey = read_survey(content, shorten(named, 200))
-            men = survey.male.persons
-            women = survey.female.persons
-            self._note("people.statistics", named, content, men=men, women=women)
-            people = people.changed(statistics=FileContent.of(content))
+            survey = read_survey(file.content, file.where)
+            self._note(file, men=survey.male.persons, women=survey.female.persons)
+            people = people.changed(statistics=FileContent.of(file.content))
         if isinstance(people.file, FileContent) and not self.accepts_slips:
             self._judged("people.file", people.population.slips)
-        named = people.file if isinstance(people.file, str) else None
-        content = self._read(named, "people.file", MAX_PEOPLE_BYTES)
-        if named is None or content is None or isinstance(people.statistics, str):
+        file = self._read(people.file, "people.file", MAX_PEOPLE_BYTES)
+        if file is None or isinstance(people.statistics, str):
             return people
-        known = people.changed(file=FileContent.of(content))
-        persons = known.bodies(where=shorten(named), accepts_slips=self.accepts_slips)
-        warnings = list(persons.notes)
-        warnings += self._judged("people.file", persons.slips)
-        self._note("people.file", named, content, persons=len(persons.persons), warnings=warnings)
+        known = people.changed(file=FileContent.of(file.content))
+        persons = known.bodies(where=shorten(file.name), accepts_slips=self.accepts_slips)
+        warnings = [*persons.notes, *self._judged(file.key, persons.slips)]
+        self._note(file, persons=len(persons.persons), warnings=warnings)
         return known
 
     # --- Sheaths ---------------------------------------------------------------------------------
 
-    def _sheath(self, sheath: Any, key: str) -> Any:
-        """Return a table of sheaths, and of its sides, with numbers in place of files."""
-        if sheath is None:
-            return None
-        update = self._sheath_numbers(sheath, key)
+    def _sheath(self, sheath: Sheath) -> Sheath:
+        """Return the table of sheaths, and of its sides, with numbers in place of files."""
+        update = self._sheath_numbers(sheath, "sheath")
+        of_both = update.get("bend_angle") or _stated_bend(sheath)
         for side in SIDES:
-            inner: Part | None = getattr(sheath, side, None)
+            inner = getattr(sheath, side)
             if inner is not None:
-                of_both = update.get("bend_angle") or _stated_bend(sheath)
-                numbers = self._sheath_numbers(inner, f"{key}.{side}", of_both)
+                numbers = self._sheath_numbers(inner, f"sheath.{side}", of_both)
                 update[side] = inner.model_copy(update=numbers)
         return sheath.model_copy(update=update)
 
@@ -392,58 +385,54 @@ class Attachments:
             update |= {"friction": friction, "friction_from": None}
         return update
 
-    def _bend_angle(self, name: str, smoothing: float, key: str) -> StudyNumber | None:
+    def _bend_angle(self, named: str, smoothing: float, key: str) -> StudyNumber | None:
         """Return the bend angle of a route with its standard error; None if it cannot be read.
 
         Args:
-            name: File of way-points.
+            named: File of way-points.
             smoothing: Standard deviation of the noise of the way-points, m.
             key: Dotted key that names the file.
         """
         from tendon_cli.studies import way_points  # only a routed sheath pays for its import
 
-        content = self._read(name, key, way_points.MAX_BYTES)
-        if content is None:
+        file = self._read(named, key, way_points.MAX_BYTES)
+        if file is None:
             return None
-        where = shorten(name, 200)
-        route = way_points.read_route(content, where)
-        measured, warnings = way_points.measure_route(route, where, smoothing)
-        warnings += self._judged(key, route.slips(where))
+        route = way_points.read_route(file.content, file.where)
+        measured, warnings = way_points.measure_route(route, file.where, smoothing)
+        warnings += self._judged(key, route.slips(file.where))
         self._note(
-            key,
-            name,
-            content,
+            file,
             bend_angle=measured.bend_angle,
             standard_error=measured.standard_error,
             as_it_stands=measured.sum_of_turns,
             noise=measured.noise,
             path_smoothing=smoothing,
             warnings=warnings,
-            note=way_points.route_note(measured, where),
+            note=way_points.route_note(measured, file.where),
         )
         middle = f"{measured.bend_angle!r} rad"
         error = f"{measured.standard_error!r} rad"
         return _estimate("sheath.bend_angle", middle, error, key)
 
-    def _friction(self, name: str, key: str, bend: StudyNumber | None) -> StudyNumber | None:
+    def _friction(self, named: str, key: str, bend: StudyNumber | None) -> StudyNumber | None:
         """Return a fitted friction coefficient with its standard error.
 
         A fit without a bend angle gives the product μφ instead, which is divided by the bend angle
         that the study states.
 
         Args:
-            name: File with the fit, as `tendon fit-friction` writes it.
+            named: File with the fit, as `tendon fit-friction` writes it.
             key: Dotted key that names the file.
             bend: Bend angle φ that the study states; None if it states none.
         """
-        content = self._read(name, key, MAX_BYTES)
-        if content is None:
+        file = self._read(named, key, MAX_BYTES)
+        if file is None:
             return None
         number = keys()["sheath.friction"].number
-        where = shorten(name, 200)
         hint = "`tendon fit-friction readings.csv --out friction.toml` writes one"
         try:
-            fit = read_toml(content.decode("utf-8-sig")).content["friction"]
+            fit = read_toml(file.content.decode("utf-8-sig")).content["friction"]
             is_product = "coefficient" not in fit and "friction_bend" in fit
             if is_product:
                 angle = bend.single if isinstance(bend, StudyNumber) and not bend.is_axis else 0.0
@@ -469,34 +458,33 @@ class Attachments:
         except (StudyError, ValueError, KeyError, TypeError, RecursionError):
             expected = "a table [friction] with coefficient (0 to 10), standard_error"
             problem = f"not a friction fragment, expected {expected}"
-            raise InputError(problem, where=where, hint=hint) from None
+            raise InputError(problem, where=file.where, hint=hint) from None
         if not error <= _LARGEST_ERROR:
             problem = f"the standard error {error:g} is not between 0 and 10"
-            raise InputError(problem, where=where, hint=hint)
+            raise InputError(problem, where=file.where, hint=hint)
         source = fit.get("source")
         fitted_from = shorten(source) if isinstance(source, str) else None
-        self._note(
-            key, name, content, friction=coefficient, standard_error=error, fitted_from=fitted_from
-        )
+        self._note(file, friction=coefficient, standard_error=error, fitted_from=fitted_from)
         return estimate
 
     # --- Files -----------------------------------------------------------------------------------
 
-    def _read(self, name: str | None, key: str, most: int) -> bytes | None:
-        """Return the content of a regular file next to the one that names it, if one is named.
+    def _read(self, name: object, key: str, most: int) -> _File | None:
+        """Return a regular file next to the one that names it, if one is named.
 
         A file that cannot be read is a fault of its key; one that is too large is an InputError.
 
         Args:
-            name: Path from the folder of the study, or of the base that names it; None for no
-                file.
+            name: Path from the folder of the study, or of the base that names it; anything but
+                text for no file.
             key: Dotted key that names the file.
             most: Largest size, bytes.
         """
-        if name is None:
+        if not isinstance(name, str):
             return None
         try:
-            return read_input(self.folder / self.places.folder_of(key) / name, most)
+            path = self.folder / self.places.folder_of(key) / name
+            return _File(key, name, read_input(path, most))
         except FileNotFoundError:
             stated_by = self.places.file_of(key)
             neighbour = "the study" if stated_by is None else shown(stated_by)
@@ -520,11 +508,11 @@ class Attachments:
         self.faults += slip_faults(key, slips)
         return []
 
-    def _note(self, key: str, name: str | None, content: bytes, **facts: Any) -> None:
+    def _note(self, file: _File, **facts: Any) -> None:
         """Keep the name and the hash of a file, and facts about it, in `sources`."""
-        self.sources[key] = {
-            "file": Path(name or "").name,
-            "sha256": hashlib.sha256(content).hexdigest(),
+        self.sources[file.key] = {
+            "file": Path(file.name).name,
+            "sha256": hashlib.sha256(file.content).hexdigest(),
             **facts,
         }
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from tendon_cli.errors import Fault, StudyError
 from tendon_cli.model.design import F0
-from tendon_cli.model.forms import Need
 from tendon_cli.model.limits import LIMITS, SPEED
 from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES, SIDES, dimension_of_reading
 from tendon_cli.space.axis import (
@@ -23,22 +22,17 @@ from tendon_cli.space.axis import (
     split_side,
 )
 from tendon_cli.space.space import ANCHORS
-from tendon_cli.studies.angle_curves import (
-    SIGN_OF_TASK,
-    CurveTable,
-    bends_of,
-    hint_to_cover,
-    not_covered,
-)
+from tendon_cli.studies.angle_curves import SIGN_OF_TASK, CurveTable
 from tendon_cli.studies.design_section import CHOICE_RESULTS
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.figures import figure_faults
 from tendon_cli.studies.fit_section import BACKLASH
 from tendon_cli.studies.magnitude import slip_faults
 from tendon_cli.studies.measured_motion import short_record, trajectory_fault
-from tendon_cli.studies.parts import FILES_OF_SHEATH
+from tendon_cli.studies.parts import FILES_OF_SHEATH, with_sides
 from tendon_cli.studies.row_table import RowTable
 from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.study_curves import curves_in, hint_to_cover, not_covered
 from tendon_cli.studies.toml_reading import KeyPlaces
 from tendon_cli.studies.values import Grid
 from tendon_cli.units import shorten, wanted
@@ -77,7 +71,11 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
     faults = [
         *_duplicate_faults(study),
         *_dependence_faults(study),
-        *_sheath_faults(study, at_fault),
+        *(
+            fault
+            for table, sheath in with_sides(study.sheath, "sheath").items()
+            for fault in sheath_faults(table, sheath, at_fault)
+        ),
         *_output_faults(study, at_fault),
         *_rest_angle_faults(study, at_fault),
         *_reading_faults(study),
@@ -185,15 +183,28 @@ def check_set_once(study: Study) -> None:
 # --- Keys that exclude or need each other --------------------------------------------------------
 
 
+def _also_given(study: Study) -> dict[str, str]:
+    """Return the keys of a study that another key of it also gives, each with the other one."""
+    return {
+        f"{table}.{name}": other
+        for table, names, other in _GIVEN_BY
+        if _value_at(study, other) is not None
+        for name in sorted(names)
+    }
+
+
+def _value_at(study: Study, key: str) -> Any:
+    """Return what a study has at a dotted key of one of its tables."""
+    table, _, name = key.partition(".")
+    return getattr(getattr(study, table), name)
+
+
 def _duplicate_faults(study: Study) -> Iterator[Fault]:
     """Yield a fault for each key that another key also gives."""
-    for table, names, other in _GIVEN_BY:
-        other_table, _, other_name = other.partition(".")
-        if getattr(getattr(study, other_table), other_name) is not None:
-            stated = getattr(study, table).model_fields_set
-            for name in sorted(stated.intersection(names)):
-                problem = f"cannot be given with {other}, which also gives it"
-                yield Fault(f"{table}.{name}", problem, _LEAVE_ONE_OUT)
+    for key, other in _also_given(study).items():
+        table, _, name = key.partition(".")
+        if name in getattr(study, table).model_fields_set:
+            yield Fault(key, f"cannot be given with {other}, which also gives it", _LEAVE_ONE_OUT)
 
 
 def _dependence_faults(study: Study) -> Iterator[Fault]:
@@ -206,15 +217,6 @@ def _dependence_faults(study: Study) -> Iterator[Fault]:
             if getattr(part, name) is not None:
                 problem = f"belongs to {whole}, but the study has none"
                 yield Fault(f"{table}.{name}", problem, f"add {table}.{needed}")
-
-
-def _sheath_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
-    """Yield the faults of the sheaths of both sides, and of each by itself."""
-    yield from sheath_faults("sheath", study.sheath, at_fault)
-    for side in SIDES:
-        of_side = getattr(study.sheath, side)
-        if of_side is not None:
-            yield from sheath_faults(f"sheath.{side}", of_side, at_fault)
 
 
 def sheath_faults(table: str, sheath: Any, at_fault: Collection[str] = ()) -> Iterator[Fault]:
@@ -282,12 +284,9 @@ def anchor_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
 
 def _rest_angle_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
     """Yield a fault if the joint has a stiffness, but no angle at which it rests."""
-    stiffness = Need("joint.stiffness", "", "")
-    rest_angle = Need("joint.rest_angle", "", "")
-    is_known = is_stated(study, rest_angle) or rest_angle.key in at_fault
-    if is_stated(study, stiffness) and not is_known:
+    if is_stated(study, "joint.stiffness") and _is_lacking(study, "joint.rest_angle", at_fault):
         problem = "needs the angle at which the joint itself exerts no torque"
-        yield Fault(stiffness.key, problem, f'such as {rest_angle.key} = "73 deg"')
+        yield Fault("joint.stiffness", problem, 'such as joint.rest_angle = "73 deg"')
 
 
 def _reading_faults(study: Study) -> Iterator[Fault]:
@@ -307,15 +306,11 @@ def _reading_unit_faults(study: Study) -> Iterator[Fault]:
     """Yield a fault for each reading that is stated in another unit than its gauge shows."""
     read = study.setting.read
     wanted_dimension = dimension_of_reading(read)
-    stated = {
-        "design.pretension": getattr(study.design.pretension, "dimension", None),
-        _LARGEST_PRETENSION: getattr(
-            getattr(study.limits, "max_pretension", None), "dimension", None
-        ),
-        READING_ERROR: getattr(study.setting.reading_error, "dimension", None),
-    }
-    if "pretension" in study.tendon.model_fields_set:
-        stated[PRETENSION] = getattr(study.tendon.pretension, "dimension", None)
+    stated = {"design.pretension": getattr(study.design.pretension, "dimension", None)}
+    for key in (_LARGEST_PRETENSION, READING_ERROR, PRETENSION):
+        is_default = key == PRETENSION and "pretension" not in study.tendon.model_fields_set
+        if key in study.numbers and not is_default:
+            stated[key] = study.numbers[key].dimension
     for rows in study.row_tables:
         for key, place in rows.places.items():
             stated[place] = rows.readings.get(key)
@@ -344,16 +339,10 @@ def curve_faults(study: Study, at_fault: Collection[str] = ()) -> Iterator[Fault
         study: The study, without the keys that are at fault by themselves.
         at_fault: Dotted keys that were left out of it.
     """
-    curves: dict[str, Any] = {
-        "joint.torque": study.joint.torque,
-        "joint.excursion": study.joint.excursion,
-        "load.torque": study.load.torque,
-    }
-    for key, curve in (curves | bends_of(study)).items():
-        if isinstance(curve, CurveTable):
-            beyond = not_covered(study, curve, is_travel=key == "joint.excursion")
-            if beyond:
-                yield Fault(key, beyond, hint_to_cover(curve))
+    for key, curve in curves_in(study).items():
+        beyond = not_covered(study, curve, is_travel=key == "joint.excursion")
+        if beyond:
+            yield Fault(key, beyond, hint_to_cover(curve))
     task = study.load.torque
     is_in_time = isinstance(task, CurveTable) and task.is_in_time
     if is_in_time and study.motion.trajectory is None and "motion.trajectory" not in at_fault:
@@ -369,7 +358,7 @@ def _limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
     """Yield a fault for each limit whose quantity cannot be computed without another key."""
     for name in study.limit_names:
         for need in LIMITS[name].needs:
-            if not is_stated(study, need) and not _is_at_fault(need, at_fault):
+            if _is_lacking(study, need.key, at_fault):
                 hint = f'such as {need.key} = "{need.example}"'
                 yield Fault(f"limits.{name}", f"needs {need.phrase}", hint)
     if "min_spring_room" in study.limit_names:
@@ -405,11 +394,11 @@ def _lack_of_room(study: Study) -> str | None:
     return "needs a spring, but the flexor has none" if is_rigid else None
 
 
-def is_stated(study: Study, need: Need) -> bool:
+def is_stated(study: Study, key: str) -> bool:
     """Return True if a study, or each row of one of its tables, says what a limit needs."""
-    if need == SPEED:
+    if key == SPEED.key:
         return study.motion.speed is not None or study.motion.trajectory is not None
-    either_key = {need.key, of_side(need.key, SIDES[0])}
+    either_key = {key, of_side(key, SIDES[0])}
     if either_key & study.numbers.keys():
         return True
     return any(_say_in_all_rows(table, either_key) for table in study.row_tables)
@@ -421,9 +410,9 @@ def _say_in_all_rows(table: RowTable, either_key: set[str]) -> bool:
     return bool(given) and bool(np.logical_or.reduce(given).all())
 
 
-def _is_at_fault(need: Need, at_fault: set[str]) -> bool:
-    """Return True if the key that a limit needs is given, but at fault."""
-    return any(key.endswith(need.key) for key in at_fault)
+def _is_lacking(study: Study, needed: str, at_fault: set[str]) -> bool:
+    """Return True for a key that a study does not state, and that is not at fault either."""
+    return not is_stated(study, needed) and not any(key.endswith(needed) for key in at_fault)
 
 
 # --- Goals of a design ---------------------------------------------------------------------------
@@ -507,7 +496,7 @@ def _lacking(study: Study, column: str, at_fault: set[str]) -> str | None:
     if column in OF_CYCLES:
         needs = (SPEED,)
     for need in needs:
-        if not is_stated(study, need) and not _is_at_fault(need, at_fault):
+        if _is_lacking(study, need.key, at_fault):
             return need.key
     is_along = study.motion.trajectory is not None or "motion.trajectory" in at_fault
     return "motion.trajectory" if column in OF_TRAJECTORIES and not is_along else None
@@ -548,7 +537,7 @@ def set_twice(study: Study, places: KeyPlaces, settings: Collection[str] = ()) -
         for key, place in table.places.items():
             where = place if table.is_of_cases else table.where
             other = _other_setter(study, table, key, settings)
-            line = places.line_of(key) if key in places.lines else None
+            line, _ = places.places.get(key, (None, None))
             if key in setters:
                 other = f"so {setters[key]}", _LEAVE_ONE_OUT
             elif other is not None and line is not None:
@@ -578,16 +567,12 @@ def _other_setter(
     if key in study.body_numbers:
         hint = f"give {key} in the study, too: then it holds for everyone, except in these rows"
         return f"{key} comes from the body of each person", hint
-    bends = bends_of(study)
-    if isinstance(bends.get(key), CurveTable):
+    curves = curves_in(study)
+    if key in curves:
         return f"{key} follows the joint in this study", _LEAVE_ONE_OUT
     common, _ = split_side(key)
-    if key not in study.numbers and isinstance(bends.get(common), CurveTable):
+    if key not in study.numbers and common in curves:
         hint = f"give {key} in the study, too: then it holds except in these rows"
         return f"{common} follows the joint in this study", hint
-    for owner, names, given in _GIVEN_BY:
-        owned = {f"{owner}.{name}" for name in names}
-        given_table, _, given_name = given.partition(".")
-        if key in owned and getattr(getattr(study, given_table), given_name) is not None:
-            return f"{given} also gives it", _LEAVE_ONE_OUT
-    return None
+    other = _also_given(study).get(key)
+    return None if other is None else (f"{other} also gives it", _LEAVE_ONE_OUT)

@@ -12,10 +12,8 @@ from pydantic.fields import FieldInfo
 
 from tendon_cli.quantities import QUANTITIES, Quantity, bound_name
 from tendon_cli.space.axis import limit_of, split_side
-from tendon_cli.studies.angle_curves import CurveTable
 from tendon_cli.studies.design_section import Limits
 from tendon_cli.studies.fields import SingleField, fault
-from tendon_cli.studies.magnitude import Slip
 from tendon_cli.studies.number import NumberField
 from tendon_cli.studies.parts import (
     Anchor,
@@ -40,47 +38,56 @@ _NOTABLE_SHARE = 1e-3
 # --- Numbers of a table --------------------------------------------------------------------------
 
 
-def _number_mark(field: FieldInfo) -> SingleField | None:
-    """Return the mark of a field that holds a number; None for any other field.
+@cache
+def field_kinds(part: type[Part]) -> dict[str, SingleField | type[Part] | None]:
+    """Return what each field of a table holds: the mark of a number, the type of a table, or None.
 
-    The mark stands on the field itself or, if the field may be None, on one choice of its union.
+    Both may stand on one choice of a union, and the type is that of each table of a list.
     """
-    for mark in field.metadata:
-        if isinstance(mark, SingleField):
-            return mark
-    for choice in get_args(field.annotation):
-        for mark in get_args(choice):
-            if isinstance(mark, SingleField):
-                return mark
-    return None
+    return {name: _kind_of(field) for name, field in part.model_fields.items()}
 
 
-def table_type(field: FieldInfo) -> type[Part] | None:
-    """Return the type of the table that a field holds; None if it holds none.
-
-    The type is that of the field or, if the field may be None, one choice of its union.
-    """
+def _kind_of(field: FieldInfo) -> SingleField | type[Part] | None:
+    marks = [*field.metadata]
     for choice in (field.annotation, *get_args(field.annotation)):
         if isinstance(choice, type) and issubclass(choice, Part):
             return choice
-    return None
+        marks += get_args(choice)
+    return next((mark for mark in marks if isinstance(mark, SingleField)), None)
+
+
+@cache
+def fields_in(part: type[Part]) -> dict[str, SingleField | type[Part] | None]:
+    """Return what the fields of a table and of all tables in it hold, by dotted key."""
+    fields: dict[str, SingleField | type[Part] | None] = {}
+    for name, kind in field_kinds(part).items():
+        fields[name] = kind
+        if isinstance(kind, type):
+            fields |= {f"{name}.{inner}": held for inner, held in fields_in(kind).items()}
+    return fields
+
+
+def values_in(part: Part, prefix: str) -> Iterator[tuple[str, Any, Any]]:
+    """Yield every value of a table that is no table, with its dotted key and what its field holds.
+
+    Args:
+        part: The table; the tables inside it are searched, too, but no lists of tables.
+        prefix: Dotted key of the table itself; empty for a whole study.
+    """
+    for name, kind in field_kinds(type(part)).items():
+        value = getattr(part, name)
+        key = f"{prefix}.{name}".removeprefix(".")
+        if isinstance(value, Part):
+            yield from values_in(value, key)
+        else:
+            yield key, kind, value
 
 
 def marked_numbers(part: Part, prefix: str) -> Iterator[tuple[str, SingleField, StudyNumber]]:
-    """Yield every number that a table holds, with its dotted key and the mark of its field.
-
-    Args:
-        part: The table; the tables inside it are searched, too.
-        prefix: Dotted key of the table itself.
-    """
-    for name, field in type(part).model_fields.items():
-        value = getattr(part, name)
-        key = f"{prefix}.{name}"
-        mark = _number_mark(field)
-        if isinstance(value, StudyNumber) and mark is not None:
-            yield key, mark, value
-        elif isinstance(value, Part):
-            yield from marked_numbers(value, key)
+    """Yield every number that a table holds, with its dotted key and the mark of its field."""
+    for key, kind, value in values_in(part, prefix):
+        if isinstance(value, StudyNumber) and isinstance(kind, SingleField):
+            yield key, kind, value
 
 
 def part_document(part: Part) -> dict[str, Any]:
@@ -88,11 +95,11 @@ def part_document(part: Part) -> dict[str, Any]:
     content: dict[str, Any] = {}
     for name, field in type(part).model_fields.items():
         value = None if field.exclude else getattr(part, name)
-        mark = _number_mark(field)
+        kind = field_kinds(type(part))[name]
         if isinstance(value, Part):
             content[name] = part_document(value)
-        elif isinstance(value, StudyNumber) and mark is not None:
-            content[name] = value.document(mark.quantity.dimension)
+        elif isinstance(value, StudyNumber) and isinstance(kind, SingleField):
+            content[name] = value.document(kind.quantity.dimension)
         elif value is not None and hasattr(value, "document"):
             content[name] = value.document()
         elif isinstance(value, tuple):
@@ -104,22 +111,6 @@ def part_document(part: Part) -> dict[str, Any]:
         elif value is not None:
             content[name] = value
     return content
-
-
-def marked_slips(part: Part, prefix: str) -> Iterator[tuple[str, tuple[Slip, ...]]]:
-    """Yield the numbers and curves of a table that are far from any arm, with their dotted keys.
-
-    Args:
-        part: The table; the tables inside it are searched, too, but no lists of tables.
-        prefix: Dotted key of the table itself; empty for a whole study.
-    """
-    for name in type(part).model_fields:
-        value = getattr(part, name)
-        key = f"{prefix}.{name}".removeprefix(".")
-        if isinstance(value, Part):
-            yield from marked_slips(value, key)
-        elif isinstance(value, StudyNumber | CurveTable) and value.slips:
-            yield key, value.slips
 
 
 def warn_of_distributions(
@@ -200,36 +191,24 @@ def column_of(key: str) -> str:
 
 
 @cache
+def _fields() -> dict[str, SingleField | type[Part] | None]:
+    """Return what the tables of the suit and of its motion hold, and these, by dotted key."""
+    fields: dict[str, SingleField | type[Part] | None] = {}
+    tables: dict[str, type[Part]] = {**DESIGN_PARTS, "motion": Motion}
+    for name, part in tables.items():
+        fields[name] = part
+        fields |= {f"{name}.{inner}": held for inner, held in fields_in(part).items()}
+    return fields
+
+
+@cache
 def keys() -> dict[str, Key]:
     """Return every number that may be an axis, by its dotted key, in the order of the schema."""
-    tables: dict[str, type[Part]] = {**DESIGN_PARTS, "motion": Motion}
-    known: dict[str, Key] = {}
-    for name, part in tables.items():
-        for path, number in _axis_numbers(part, name):
-            known[path] = Key(path, number)
-    return known
+    return {
+        path: Key(path, mark) for path, mark in _fields().items() if isinstance(mark, NumberField)
+    }
 
 
 def is_key_of_study(path: str) -> bool:
     """Return True for a key that says something of the suit or its motion, or for its table."""
-    first, *names = path.split(".")
-    tables: dict[str, type[Part]] = {**DESIGN_PARTS, "motion": Motion}
-    part = tables.get(first)
-    for name in names:
-        field = None if part is None else part.model_fields.get(name)
-        if field is None:
-            return False
-        part = table_type(field)
-    return first in tables
-
-
-def _axis_numbers(part: type[Part], prefix: str) -> Iterator[tuple[str, NumberField]]:
-    """Yield the numbers of a type of table that may be axes, with their dotted keys."""
-    for name, field in part.model_fields.items():
-        path = f"{prefix}.{name}"
-        mark = _number_mark(field)
-        inner = table_type(field)
-        if isinstance(mark, NumberField):
-            yield path, mark
-        elif inner is not None:
-            yield from _axis_numbers(inner, path)
+    return path in _fields()

@@ -51,7 +51,7 @@ class Correlation(Part):
             )
         return self
 
-    def mixed(self, scores: Array, places: Mapping[str, int]) -> Array:
+    def __call__(self, scores: Array, places: Mapping[str, int]) -> Array:
         """Return independent normal scores as correlated ones.
 
         Numbers of which the correlation is not known keep their scores. Of numbers that are not

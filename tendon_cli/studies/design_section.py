@@ -16,7 +16,6 @@ from tendon_cli.space.axis import split_side
 from tendon_cli.studies.fields import SingleField, fault, whole_number
 from tendon_cli.studies.number import NumberField
 from tendon_cli.studies.parts import Part, Words, field_default
-from tendon_cli.studies.reading_fields import ReadingField, SingleReadingField
 from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import described
 
@@ -51,8 +50,8 @@ CHOICE_RESULTS = (
 def _field_of(limit: DesignLimit) -> tuple[Any, Any]:
     """Return the field of a limit in a study, and its default."""
     default = None if limit.default is None else f"{limit.default:g} {QUANTITIES[limit.name].unit}"
-    kind = ReadingField if limit.name == "max_pretension" else NumberField
-    mark = kind(limit.name, *limit.accepts, uncertain=False)
+    is_reading = limit.name == "max_pretension"
+    mark = NumberField(limit.name, *limit.accepts, is_reading=is_reading, uncertain=False)
     return Annotated[StudyNumber | None, mark], default
 
 
@@ -99,7 +98,7 @@ else:  # a field for each limit of the model's table
 
 
 @dataclass(frozen=True)
-class _PretensionOrPlace(SingleReadingField):
+class _PretensionOrPlace(SingleField):
     """Mark of a field that is a pretension, or a word for a place in a window."""
 
     def read(self, value: object) -> Any:
@@ -175,12 +174,12 @@ class Goals(Part):
         10_000,
         description="number of fresh persons or draws that judge what was chosen; 0 for none",
     )
-    pretension: Annotated[str | StudyNumber, _PretensionOrPlace("pretension", 0.0, 1e5)] = (
-        field_default(
-            "reserve",
-            description="place in its window at which a choice is set, or one pretension for all "
-            "choices; reserve: the least and the accuracy of setting, the middle at most",
-        )
+    pretension: Annotated[
+        str | StudyNumber, _PretensionOrPlace("pretension", 0.0, 1e5, is_reading=True)
+    ] = field_default(
+        "reserve",
+        description="place in its window at which a choice is set, or one pretension for all "
+        "choices; reserve: the least and the accuracy of setting, the middle at most",
     )
     advice: TruthValue = field_default(
         default=True,

@@ -8,8 +8,9 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -48,6 +49,14 @@ _MOST_MEANT = 4
 _LARGEST = 1e300
 """Bound below which a bare number counts as finite."""
 
+READINGS = ("force", "torque")
+"""Dimensions of what a gauge may show: a tension, or the torque of the motor."""
+PLUS_MINUS = re.compile(r"\+/-|\+-|±")
+TO = re.compile(r"\s+to\s+")
+LONGEST = 400
+"""Length of the longest text that is searched for two numbers."""
+_NUMBER_CHARACTERS = "+-.0123456789eE"
+"""Characters that numbers consist of; a unit follows them."""
 BARE_NUMBER = re.compile(r"[+-]?(\d{1,20}\.?\d{0,20}|\.\d{1,20})([eE][+-]?\d{1,2})?")
 """Pattern of a number without a unit."""
 
@@ -93,6 +102,51 @@ def hint_at_nearest(name: str, known: Iterable[str], cutoff: float = 0.5) -> str
         return f"did you mean {listed}?"
     near = difflib.get_close_matches(name, names, n=1, cutoff=cutoff)
     return f'did you mean "{near[0]}"?' if near else None
+
+
+def two_numbers(text: str, separator: re.Pattern[str]) -> tuple[str, str] | None:
+    """Split a text into two numbers; None if it does not hold the separator.
+
+    A unit after the second number alone is that of both. A percent sign is not: it may mean a
+    share of the first.
+    """
+    parts = separator.split(text, maxsplit=1)
+    if len(parts) == 1:
+        return None
+    first, second = (part.strip() for part in parts)
+    has_unit = first.strip(_NUMBER_CHARACTERS) != ""
+    if not has_unit:
+        unit = second.lstrip(_NUMBER_CHARACTERS).strip()
+        if unit not in ("", "%"):
+            first = f"{first} {unit}"
+    return first, second
+
+
+def parts_of_text(text: str) -> tuple[str, ...]:
+    """Return the numbers of a text with one number, or with two as "a +/- b" or "a to b"."""
+    if len(text) > LONGEST:
+        return ()
+    return two_numbers(text, PLUS_MINUS) or two_numbers(text, TO) or (text,)
+
+
+def dimension_of(text: object) -> str | None:
+    """Return the dimension of a reading as a text states it; None if it states none."""
+    if isinstance(text, str):
+        for dimension in READINGS:
+            with suppress(UnitError):
+                return parse_measure(text, dimension).unit.dimension
+    return None
+
+
+def _dimensions_in(value: object) -> Iterator[str]:
+    """Yield the dimensions of all readings in what a study states for one key."""
+    if isinstance(value, str):
+        yield from filter(None, map(dimension_of, parts_of_text(value)))
+    elif isinstance(value, Mapping):
+        yield from _dimensions_in([*value.values()])
+    elif isinstance(value, (list, tuple)):
+        for inner in value:
+            yield from _dimensions_in(inner)
 
 
 # --- Words and whole numbers ---------------------------------------------------------------------
@@ -223,6 +277,11 @@ class SingleField(FieldMark):
     """Largest value, SI."""
     word: str | None = None
     """Word for infinity; None if the number must be finite."""
+    is_reading: bool = False
+    """True for the reading of a gauge, whose unit says whether it is a tension or a torque.
+
+    Whether it is that of the gauge that the study names is checked once the whole study is known.
+    """
 
     @property
     def quantity(self) -> Quantity:
@@ -232,7 +291,7 @@ class SingleField(FieldMark):
     @property
     def dimensions(self) -> tuple[str, ...]:
         """Dimensions that the number may have."""
-        return (self.quantity.dimension,)
+        return READINGS if self.is_reading else (self.quantity.dimension,)
 
     @property
     def wanted(self) -> str:
@@ -242,11 +301,24 @@ class SingleField(FieldMark):
     def read(self, value: object) -> StudyNumber | None:
         """Return what the file says as `StudyNumber`; None for a key that is not given.
 
+        A reading has the dimension in which it is stated.
+
         Raises:
-            PydanticCustomError: The value is not one number within the bounds.
+            PydanticCustomError: The value is none of the forms of the field, out of bounds, or
+                mixes tensions and torques.
         """
         if value is None or isinstance(value, StudyNumber):
             return value
+        number = self.form(value)
+        if not self.is_reading:
+            return number
+        stated = set(_dimensions_in(value))
+        if len(stated) > 1:
+            raise fault("mixes tensions and torques, expected one of both")
+        return replace(number, dimension=next(iter(stated), None))
+
+    def form(self, value: object) -> StudyNumber:
+        """Return what the file says by one of the forms that the field takes: one value."""
         if isinstance(value, (list, tuple, dict)):
             raise fault(
                 f"{described(value)} is not possible here, expected one value, {self.wanted}"
@@ -285,6 +357,8 @@ class SingleField(FieldMark):
         Raises:
             PydanticCustomError: The value is not a finite number of this dimension.
         """
+        if dimension is None and self.is_reading:
+            dimension = dimension_of(value)
         dimension = dimension or self.quantity.dimension
         if isinstance(value, str):
             try:

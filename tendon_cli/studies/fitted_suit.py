@@ -3,38 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from pydantic_core import PydanticCustomError
 
 from tendon_cli.errors import InputError, StudyError
+from tendon_cli.studies.contents import field_kinds
 from tendon_cli.studies.correlation import Correlation
 from tendon_cli.studies.parts import Part
 from tendon_cli.studies.study import Study, keys
-from tendon_cli.studies.toml_reading import MAX_BYTES, read_toml
+from tendon_cli.studies.toml_reading import read_toml
 from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import SI_UNIT, shorten
-
-__all__ = ["MAX_BYTES", "FittedSuit", "read_fitted", "with_numbers"]
 
 _HINT = "`tendon fit-suit study.toml log.csv --out fit.toml` writes one"
 
 
-@dataclass(frozen=True, eq=False)
-class FittedSuit:
-    """Numbers of a suit with their laws and their correlation."""
-
-    numbers: Mapping[str, StudyNumber]
-    correlation: Correlation
-    logs: tuple[str, ...]
-    warnings: tuple[str, ...]
-    """Warnings of the fit."""
-
-
-def read_fitted(content: bytes, where: str) -> FittedSuit:
-    """Read the numbers of a suit.
+def read_fitted(
+    content: bytes, where: str
+) -> tuple[dict[str, StudyNumber], Correlation, list[str], list[str]]:
+    """Return the numbers of a suit with their correlation, its logs, and warnings of the fit.
 
     Args:
         content: Bytes of the file.
@@ -45,31 +34,26 @@ def read_fitted(content: bytes, where: str) -> FittedSuit:
     """
     try:
         document = read_toml(content.decode("utf-8-sig")).content
-        written = document["numbers"]
-        numbers = {key: _number(key, law) for key, law in written.items()}
-        names = list(document["covariance"]["keys"])
+        numbers = {key: _number(key, law) for key, law in document["numbers"].items()}
+        names = tuple(document["covariance"]["keys"])
         covariance = np.array(document["covariance"]["matrix"], dtype=np.float64)
         deviation = np.sqrt(np.diag(covariance))
         matrix = covariance / np.outer(deviation, deviation)
         rows = tuple(tuple(row) for row in (0.5 * (matrix + matrix.T)).tolist())
-        correlation = Correlation(keys=tuple(names), matrix=rows)
-        _check_keys(names, numbers, matrix)
+        correlation = Correlation(keys=names, matrix=rows)
         fit = document.get("fit", {})
-        logs = tuple(str(log) for log in fit.get("logs", ()))
-        warnings = tuple(str(warning) for warning in fit.get("warnings", ()))
+        logs = [*map(str, fit.get("logs", ()))]
+        warnings = [*map(str, fit.get("warnings", ()))]
+        is_whole = set(names) == set(numbers) and np.isfinite(matrix).all()
     except (StudyError, ValueError, KeyError, TypeError, RecursionError, AttributeError):
-        expected = "tables [numbers] with value, std and [covariance] with keys, matrix"
-        problem = f"not the numbers of a fitted suit, expected {expected}"
-        raise InputError(problem, where=where, hint=_HINT) from None
+        is_whole = False
     except PydanticCustomError as error:
         raise InputError(error.message(), where=where, hint=_HINT) from None
-    return FittedSuit(numbers, correlation, logs, warnings)
-
-
-def _check_keys(names: list[str], numbers: Mapping[str, StudyNumber], matrix: Any) -> None:
-    """Raise ValueError unless numbers and covariance have the same keys."""
-    if set(names) != set(numbers) or not np.isfinite(matrix).all():
-        raise ValueError("numbers and covariance differ")
+    if not is_whole:
+        expected = "tables [numbers] with value, std and [covariance] with keys, matrix"
+        problem = f"not the numbers of a fitted suit, expected {expected}"
+        raise InputError(problem, where=where, hint=_HINT)
+    return numbers, correlation, logs, warnings
 
 
 def _number(key: str, law: Mapping[str, Any]) -> StudyNumber:
@@ -77,15 +61,15 @@ def _number(key: str, law: Mapping[str, Any]) -> StudyNumber:
     mark = keys()[key].number
     dimension = mark.quantity.dimension
     unit = "" if dimension == "number" else f" {SI_UNIT[dimension]}"
+
+    def stated(name: str) -> float | str:
+        value = _plain(law[name])
+        return f"{value!r}{unit}" if unit else value
+
     if "from" in law:
-        text = f"{_plain(law['from'])!r}{unit} to {_plain(law['to'])!r}{unit}"
-        number = mark.read(text)
+        number = mark.read(f"{stated('from')} to {stated('to')}")
     else:
-        value = _plain(law["value"])
-        deviation = _plain(law["std"])
-        mean: object = value if not unit else f"{value!r}{unit}"
-        std: object = deviation if not unit else f"{deviation!r}{unit}"
-        number = mark.read({"mean": mean, "std": std})
+        number = mark.read({"mean": stated("value"), "std": stated("std")})
     if number is None:
         raise ValueError(f"{shorten(key)} has no value")
     return number
@@ -115,7 +99,6 @@ def _changed(part: Part, path: list[str], number: StudyNumber) -> Part:
         return part.changed(**{name: number})
     inner = getattr(part, name)
     if inner is None:
-        annotation = type(part).model_fields[name].annotation
-        types = getattr(annotation, "__args__", (annotation,))
-        inner = next(one for one in types if isinstance(one, type) and issubclass(one, Part))()
+        kind = field_kinds(type(part))[name]
+        inner = kind() if isinstance(kind, type) else None
     return part.changed(**{name: _changed(inner, rest, number)})

@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_cli.model.kinematics import Array, Rows
-from tendon_cli.space.axis import DRAW_AXIS, Axis, evenly_spaced
-from tendon_cli.studies.answer_draws import drawn_numbers
-from tendon_cli.studies.people.population import Population
+from tendon_cli.space.axis import DRAW_AXIS, Axis, Numbers, evenly_spaced
+from tendon_cli.studies.answer_draws import draws_of
 from tendon_cli.studies.spaces import person_axis
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import (
@@ -22,8 +21,6 @@ from tendon_cli.studies.values import (
     OF_FRESH_DRAWS,
     OF_SECOND_BODIES,
     OF_SECOND_DRAWS,
-    Stream,
-    draw_numbers,
 )
 
 
@@ -86,57 +83,37 @@ def fresh_sample(study: Study, *, second: bool = False) -> FreshSample | None:
     bodies_stream = OF_SECOND_BODIES if second else OF_FRESH_BODIES
     stream = OF_SECOND_DRAWS if second else OF_FRESH_DRAWS
     count = study.design.verify
-    if not count:
+    people = study.people
+    if not count or (people is None and study.drawing is None):
         return None
-    is_uncertain = study.drawing is not None
-    if study.people is None:
-        if not is_uncertain:
-            return None
-        numbers = _uncertain_numbers(study, count, stream)
-        return FreshSample(_axis(numbers, np.ones(count)), np.zeros(count, dtype=np.int64))
-    if study.people.is_from_file:
-        bodies = study.people.fresh(count, bodies_stream)
-        return _of_file(study, bodies, count, stream, is_uncertain=is_uncertain)
-    people = study.people.fresh(count, bodies_stream)
-    axis = person_axis(study, _uncertain_numbers(study, count, stream), people)
-    return FreshSample(
-        _axis(dict(axis.numbers), people.weighting),
-        np.unique(people.sexes, return_inverse=True)[1],
-        sexes=people.sexes,
-        draws_persons=True,
-    )
-
-
-def _of_file(
-    study: Study, bodies: Population, count: int, stream: Stream, *, is_uncertain: bool
-) -> FreshSample | None:
-    """Return the fresh sample of persons of a file; None if nothing is drawn for them."""
-    if not (is_uncertain or bodies.is_drawn):
+    if people is None:
+        axis = _axis(draws_of(study, count, stream), np.ones(count))
+        return FreshSample(axis, np.zeros(count, dtype=np.int64))
+    bodies = people.fresh(count, bodies_stream)
+    if not people.is_from_file:
+        numbers = person_axis(study, draws_of(study, count, stream), bodies).numbers
+        return FreshSample(
+            _axis(numbers, bodies.weighting),
+            np.unique(bodies.sexes, return_inverse=True)[1],
+            sexes=bodies.sexes,
+            draws_persons=True,
+        )
+    if study.drawing is None and not bodies.is_drawn:
         return None
     persons = len(bodies.persons)
     repeats = 1 if bodies.is_drawn else max(1, count // persons)
     rows = np.repeat(np.arange(len(bodies)), repeats)
-    numbers = {key: values[rows] for key, values in person_axis(study, {}, bodies).numbers.items()}
-    drawn = _uncertain_numbers(study, len(rows), stream)
+    of_bodies = person_axis(study, {}, bodies).numbers
+    numbers = draws_of(study, len(rows), stream)
+    numbers |= {key: values[rows] for key, values in of_bodies.items()}
     return FreshSample(
-        _axis(drawn | numbers, bodies.weighting[rows]),
+        _axis(numbers, bodies.weighting[rows]),
         np.repeat(np.arange(persons), repeats * bodies.completions),
         persons=persons,
     )
 
 
-def _uncertain_numbers(study: Study, count: int, stream: Stream) -> dict[str, Array]:
-    """Return fresh draws of the uncertain numbers, (count,) each; none if the study draws none."""
-    if study.drawing is None:
-        return {}
-    seed = study.drawing.seed
-    drawn = draw_numbers(
-        study.to_draw, count, seed, study.correlation, sampler="random", stream=stream
-    )
-    return drawn_numbers(study, drawn)
-
-
-def _axis(numbers: dict[str, Array], weighting: Array) -> Axis:
+def _axis(numbers: Numbers, weighting: Array) -> Axis:
     """Return the axis of the members of a sample."""
     axis = Axis.of_points(numbers, len(weighting))
     return replace(axis, key=DRAW_AXIS, role="draw", weighting=weighting)

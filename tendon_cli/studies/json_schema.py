@@ -11,6 +11,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from tendon_cli.errors import Fault
+from tendon_cli.studies.contents import fields_in
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.gone import IS_GONE, instead_of
 from tendon_cli.studies.study import Study, keys
@@ -86,13 +87,9 @@ def _choices(node: dict[str, Any]) -> Iterator[dict[str, Any]]:
 
 def _names_in(path: list[str]) -> list[str]:
     """Return the keys that may stand in the table at a path; none if it is no table."""
-    table = _schema()
-    for part in path:
-        if not part.isdigit():
-            choices = _choices(table["properties"].get(part, {}))
-            no_table: dict[str, Any] = {"properties": {}}
-            table = next((choice for choice in choices if "properties" in choice), no_table)
-    return list(table["properties"])
+    key = ".".join(part for part in path if not part.isdigit())
+    kind = fields_in(Study).get(key) if key else Study
+    return list(kind.model_fields) if isinstance(kind, type) else []
 
 
 # --- Faults --------------------------------------------------------------------------------------

@@ -28,7 +28,7 @@ from tendon_cli.studies.json_schema import faults_of
 from tendon_cli.studies.spaces import impossibilities, with_readable_default
 from tendon_cli.studies.study import EXTENDS, Study, keys
 from tendon_cli.studies.study_file import STDIN, read_document, study_files
-from tendon_cli.studies.study_layers import Layer, layer_sources, merge_layers, read_layers
+from tendon_cli.studies.study_layers import layer_sources, merge_layers, read_layers
 from tendon_cli.studies.toml_reading import (
     MAX_DEPTH,
     MAX_KEY_PARTS,
@@ -161,7 +161,7 @@ def _merged_study(
         InputError: A file that it names cannot be trusted, and nothing else is wrong.
     """
     layers, merged, changed = _read_merged(document, file, settings)
-    axes = [key for layer in layers for key in _axes_in_order(layer.document)]
+    axes = [key for layer in layers for key in _axes_in_order(layer)]
     if file is not None:
         merged.content.setdefault("name", "study" if file == STDIN else file.stem)
     folder = Path() if file is None else file.parent
@@ -177,7 +177,7 @@ def _merged_study(
 
 def _read_merged(
     document: Document, file: Path | None, settings: tuple[str, ...]
-) -> tuple[list[Layer], Document, list[str]]:
+) -> tuple[list[Document], Document, list[str]]:
     """Return the layers of a study, their content with all settings, and the keys of these.
 
     Arguments and errors are those of `_merged_study`. A setting may name another base; all others

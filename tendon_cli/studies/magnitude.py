@@ -218,19 +218,22 @@ def slip_faults(key: str, slips: Sequence[Slip]) -> Iterator[Fault]:
     for slip in slips[:_MOST_LISTED]:
         hint = hint_at_units(slip.suggestions)
         yield Fault(key, slip.problem, hint, is_implausible=True)
-    if len(slips) > _MOST_LISTED:
-        more = len(slips) - _MOST_LISTED
-        problem = f"and {counted(more, 'more value')} far from any arm"
-        yield Fault(key, problem, is_implausible=True)
+    for more in _more(slips):
+        yield Fault(key, more, is_implausible=True)
 
 
 def slip_notes(key: str, slips: Sequence[Slip]) -> Iterator[str]:
     """Yield a note for each slip of a key; of many only the first ones, and their number."""
     for slip in slips[:_MOST_LISTED]:
         yield f"{key}{slip.note}"
+    for more in _more(slips):
+        yield f"{key}: {more}"
+
+
+def _more(slips: Sequence[Slip]) -> Iterator[str]:
+    """Yield how many slips there are besides those that are listed, if there are any."""
     if len(slips) > _MOST_LISTED:
-        more = len(slips) - _MOST_LISTED
-        yield f"{key}: and {counted(more, 'more value')} far from any arm"
+        yield f"and {counted(len(slips) - _MOST_LISTED, 'more value')} far from any arm"
 
 
 def _digits(measure: Measure) -> str:

@@ -10,7 +10,8 @@ import numpy as np
 from tendon_cli.errors import Fault
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.trajectory import Trajectory
-from tendon_cli.studies.angle_curves import CurveTable, task_note
+from tendon_cli.studies.angle_curves import CurveTable
+from tendon_cli.studies.study_curves import task_note
 from tendon_cli.units import shorten
 
 CUTOFF = 6.0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Literal
@@ -11,7 +10,15 @@ from typing import Any, Literal
 from pydantic import GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError
 
-from tendon_cli.studies.fields import SingleField, fault, fault_inside
+from tendon_cli.studies.fields import (
+    LONGEST,
+    PLUS_MINUS,
+    TO,
+    SingleField,
+    fault,
+    fault_inside,
+    two_numbers,
+)
 from tendon_cli.studies.magnitude import Slip, spread_slip
 from tendon_cli.studies.values import MAX_AXIS_LENGTH, Grid, StudyNumber, Uncertain, si_document
 from tendon_cli.units import Measure, described, terminating, to_float
@@ -21,13 +28,6 @@ _UNIFORM = ("value", "tolerance")
 _NORMAL = ("mean", "std")
 """Keys of an uncertain number with a normal distribution."""
 
-_PLUS_MINUS = re.compile(r"\+/-|\+-|±")
-_TO = re.compile(r"\s+to\s+")
-_LONGEST = 400
-"""Length of the longest text that is searched for two numbers."""
-_NUMBER_CHARACTERS = "+-.0123456789eE"
-"""Characters that numbers consist of; a unit follows them."""
-
 
 @dataclass(frozen=True)
 class NumberField(SingleField):
@@ -36,24 +36,20 @@ class NumberField(SingleField):
     uncertain: bool = True
     """True if the number may be an interval, or have a distribution."""
 
-    def read(self, value: object) -> StudyNumber | None:
-        """Return what the file says as `StudyNumber`; None for a key that is not given.
-
-        Raises:
-            PydanticCustomError: The value is none of the forms of a number, or out of bounds.
-        """
+    def form(self, value: object) -> StudyNumber:
+        """Return what the file says: one value, a list, a grid, or an uncertain number."""
         if isinstance(value, dict):
             return self._table(value)
         if isinstance(value, (list, tuple)):
             return self._list(value)
-        if isinstance(value, str) and len(value) <= _LONGEST:
-            middle_and_spread = _two_numbers(value, _PLUS_MINUS)
+        if isinstance(value, str) and len(value) <= LONGEST:
+            middle_and_spread = two_numbers(value, PLUS_MINUS)
             if middle_and_spread is not None:
                 return self._plus_minus(*middle_and_spread)
-            ends = _two_numbers(value, _TO)
+            ends = two_numbers(value, TO)
             if ends is not None:
                 return self._between(*ends)
-        return super().read(value)
+        return super().form(value)
 
     def _table(self, table: dict[Any, Any]) -> StudyNumber:
         """Return a grid, an interval or an uncertain number."""
@@ -103,8 +99,7 @@ class NumberField(SingleField):
         if spacing not in ("linear", "log"):
             raise fault(f'spacing = {described(spacing)}, expected "linear" or "log"')
         num = _count(table["num"]) if length == "num" else None
-        first = self._inner(table, "from")
-        last = self._inner(table, "to")
+        first, last = self._ends(table)
         if num is None:
             num = self._num_from_step(first, last, table["step"], spacing)
         grid = Grid(first, last, num, log=spacing == "log")
@@ -139,6 +134,10 @@ class NumberField(SingleField):
             )
         return _count(int(steps) + 1)
 
+    def _ends(self, table: dict[Any, Any]) -> tuple[Measure, Measure]:
+        """Return both ends of a grid or an interval."""
+        return self._inner(table, "from"), self._inner(table, "to")
+
     def _inner(self, table: dict[Any, Any], name: str) -> Measure:
         """Return the value at a key of a grid or an uncertain number; a fault names this key."""
         try:
@@ -152,8 +151,7 @@ class NumberField(SingleField):
 
     def _interval(self, table: dict[Any, Any]) -> Grid:
         """Return the two ends of `{ from, to }`, which means every value between them."""
-        low = self._inner(table, "from")
-        high = self._inner(table, "to")
+        low, high = self._ends(table)
         if low.exact == high.exact:
             hint = f"write {low.quoted} for this one value"
             raise fault("an interval with equal ends", hint)
@@ -212,9 +210,7 @@ class NumberField(SingleField):
 
     def _between(self, low: str, high: str) -> StudyNumber:
         """Return `a to b`, which is uniform between the two."""
-        table = {"from": low, "to": high}
-        first = self._inner(table, "from")
-        last = self._inner(table, "to")
+        first, last = self._ends({"from": low, "to": high})
         if first.exact > last.exact:
             given = described(f"{low} to {high}")
             hint = f'write "{high} to {low}"'
@@ -304,14 +300,10 @@ class NumberField(SingleField):
 class ErrorField(NumberField):
     """Mark of a field that is an error around 0, of which a study states the standard deviation."""
 
-    def read(self, value: object) -> StudyNumber | None:
-        """Return the error as an uncertain number; None for a key that is not given.
-
-        Raises:
-            PydanticCustomError: The value is not one standard deviation within the bounds.
-        """
-        deviation = SingleField.read(self, value)
-        if deviation is None or isinstance(value, StudyNumber) or not deviation.single:
+    def form(self, value: object) -> StudyNumber:
+        """Return the error as an uncertain number, from one standard deviation."""
+        deviation = SingleField.form(self, value)
+        if not deviation.single:
             return deviation
         spread = deviation.single
         document = si_document(spread, self.quantity.dimension)
@@ -325,35 +317,6 @@ class ErrorField(NumberField):
         schema = super().__get_pydantic_json_schema__(core, handler)
         meaning = f"Standard deviation, drawn around 0, of {schema['description']}"
         return {**schema, "description": meaning, "anyOf": [self._json_one()]}
-
-
-def parts_of_text(text: str) -> tuple[str, ...]:
-    """Return the numbers of a text with one number, or with two as "a +/- b" or "a to b"."""
-    if len(text) > _LONGEST:
-        return ()
-    for separator in (_PLUS_MINUS, _TO):
-        parts = _two_numbers(text, separator)
-        if parts is not None:
-            return parts
-    return (text,)
-
-
-def _two_numbers(text: str, separator: re.Pattern[str]) -> tuple[str, str] | None:
-    """Split a text into two numbers; None if it does not hold the separator.
-
-    A unit after the second number alone is that of both. A percent sign is not: it may mean a
-    share of the first.
-    """
-    parts = separator.split(text, maxsplit=1)
-    if len(parts) == 1:
-        return None
-    first, second = (part.strip() for part in parts)
-    has_unit = first.strip(_NUMBER_CHARACTERS) != ""
-    if not has_unit:
-        unit = second.lstrip(_NUMBER_CHARACTERS).strip()
-        if unit not in ("", "%"):
-            first = f"{first} {unit}"
-    return first, second
 
 
 def _check_keys(

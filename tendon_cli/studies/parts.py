@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
 
-from tendon_cli.quantities import OF_MOTION_STATES, OF_STATES
+from tendon_cli.quantities import OF_MOTION_STATES, OF_STATES, SIDES
 from tendon_cli.studies.accuracy import Accuracy, AccuracyField
 from tendon_cli.studies.angle_curves import (
     EXCURSION,
@@ -24,8 +24,7 @@ from tendon_cli.studies.angle_curves import (
     CurveTable,
 )
 from tendon_cli.studies.fields import SingleField, WordField, fault, hint_at_nearest, one_or_many
-from tendon_cli.studies.number import NumberField
-from tendon_cli.studies.reading_fields import ReadingErrorField, ReadingField
+from tendon_cli.studies.number import ErrorField, NumberField
 from tendon_cli.studies.values import RIGID, StudyNumber
 from tendon_cli.units import shorten
 
@@ -47,7 +46,7 @@ BendAngle = Annotated[StudyNumber | CurveTable, BendField("bend_angle", 0.0, 100
 TendonLength = Annotated[StudyNumber, NumberField("tendon_length", **POSITIVE_LENGTH)]
 TendonDiameter = Annotated[StudyNumber, NumberField("tendon_diameter", 1e-6, 1.0)]
 YoungsModulus = Annotated[StudyNumber, NumberField("youngs_modulus", 1e3, 1e15)]
-Pretension = Annotated[StudyNumber, ReadingField("pretension", 0.0, 1e7)]
+Pretension = Annotated[StudyNumber, NumberField("pretension", 0.0, 1e7, is_reading=True)]
 Stiffness = Annotated[StudyNumber, NumberField("spring_stiffness", 1e-3, 1e12, word=RIGID)]
 AnchorStiffness = Annotated[StudyNumber, NumberField("anchor_stiffness", 1e-3, 1e12, word=RIGID)]
 BodyDimension = Literal[
@@ -114,6 +113,17 @@ class Part(BaseModel):
         """Return the same table with other values; what was computed of the old is not kept."""
         kept = {name: getattr(self, name) for name in type(self).model_fields}
         return self.model_construct(self.model_fields_set | values.keys(), **(kept | values))
+
+
+def with_sides(part: Any, key: str) -> dict[str, Any]:
+    """Return a table, and those of its sides as far as it has them, by dotted key.
+
+    Args:
+        part: The table of both sides.
+        key: Its dotted key.
+    """
+    sides = {f"{key}.{side}": getattr(part, side) for side in SIDES}
+    return {key: part, **{path: inner for path, inner in sides.items() if inner is not None}}
 
 
 class Arm(Part):
@@ -299,9 +309,9 @@ class Setting(Part):
         "pretension",
         description="meaning of the study's pretension: F0 of the model, or the reading of a gauge",
     )
-    reading_error: Annotated[StudyNumber | None, ReadingErrorField("reading_error", 0.0, 1e5)] = (
-        None
-    )
+    reading_error: Annotated[
+        StudyNumber | None, ErrorField("reading_error", 0.0, 1e5, is_reading=True)
+    ] = None
     accuracy: Annotated[Accuracy, AccuracyField()] = field_default(
         "2 mm",
         description="how well the pretension can be set: a length of both tendons, or a tension of "

@@ -26,12 +26,10 @@ from tendon_cli.readers.table import Table
 from tendon_cli.space.axis import CASE_AXIS, NAMED_AXES, CarriedColumn, split_side
 from tendon_cli.studies.contents import is_key_of_study, keys
 from tendon_cli.studies.design_section import CHOICE_RESULTS
-from tendon_cli.studies.fields import SingleField, fault, hint_at_nearest
+from tendon_cli.studies.fields import SingleField, fault, hint_at_nearest, parts_of_text
 from tendon_cli.studies.gone import IS_GONE, instead_of
 from tendon_cli.studies.magnitude import Slip
 from tendon_cli.studies.model_words import KEYS_OF_WORDS, WORDS_OF
-from tendon_cli.studies.number import parts_of_text
-from tendon_cli.studies.reading_fields import DIMENSIONS as READINGS
 from tendon_cli.studies.row_table import NAME, RowTable, StatedRole, carried_header
 from tendon_cli.units import (
     UNITS,
@@ -523,8 +521,8 @@ class _ColumnCells:
             PydanticCustomError: The cell holds no number of this dimension.
         """
         if isinstance(cell, bool) or not isinstance(cell, str | int | float):
-            number = SingleField.read(self.mark, cell)  # a fault, and nothing to look up
-            return math.nan if number is None else number.single
+            number = SingleField.form(self.mark, cell)  # a fault, and nothing to look up
+            return number.single
         if self._needs_unit and _number_text(cell) is not None:
             self.without_unit += 1
             return math.nan
@@ -558,7 +556,7 @@ class _ColumnCells:
         return measure
 
     def _note_reading(self, dimension: str) -> None:
-        if self.mark.dimensions == READINGS:
+        if self.mark.is_reading:
             self.readings.add(dimension)
 
 

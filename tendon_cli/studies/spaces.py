@@ -28,13 +28,13 @@ from tendon_cli.space.axis import (
     split_side,
 )
 from tendon_cli.space.space import EXCURSION, INERTIA, TRAJECTORY, Space
-from tendon_cli.studies.angle_curves import curves_of
-from tendon_cli.studies.answer_draws import drawn_numbers
+from tendon_cli.studies.answer_draws import draws_of
 from tendon_cli.studies.contents import column_of
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.model_words import number_of_word, numbers_of_words
 from tendon_cli.studies.study import Study
-from tendon_cli.studies.values import Grid, Sampler, StudyNumber, draw_numbers
+from tendon_cli.studies.study_curves import curves_of
+from tendon_cli.studies.values import Grid, StudyNumber
 from tendon_cli.units import shorten
 
 if TYPE_CHECKING:
@@ -97,24 +97,13 @@ def named_axes(study: Study) -> tuple[NamedAxis, ...]:
     no axis.
     """
     axes: list[NamedAxis] = [*row_axes(study)]
-    drawing = study.drawing
     if study.people is not None:
-        drawn_once: Mapping[str, Array] = {}
-        if drawing is not None and not study.draws:
-            drawn_once = _drawn(study, study.people.persons, drawing.seed)
+        drawn_once = {} if study.draws else draws_of(study, study.people.persons)
         axes.append(person_axis(study, drawn_once))
-    if drawing is not None and study.draws:
-        numbers = _drawn(study, study.draws, drawing.seed)
+    if study.draws:
         names = tuple(f"draw {at + 1}" for at in range(study.draws))
-        axes.append(NamedAxis.of(DRAW_AXIS, names, numbers, "draw"))
+        axes.append(NamedAxis.of(DRAW_AXIS, names, draws_of(study, study.draws), "draw"))
     return tuple(axes)
-
-
-def _drawn(study: Study, count: int, seed: int) -> dict[str, Array]:
-    """Return the study's own draws, (count,) each."""
-    sampler: Sampler = "even" if study.usual else "sobol"
-    draws = draw_numbers(study.to_draw, count, seed, study.correlation, sampler=sampler)
-    return drawn_numbers(study, draws)
 
 
 def row_axes(study: Study) -> tuple[NamedAxis, ...]:

@@ -28,14 +28,15 @@ from tendon_cli.space.axis import (
 )
 from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies import parts
+from tendon_cli.studies.angle_curves import CurveTable
 from tendon_cli.studies.contents import (
     DESIGN_PARTS,
     Key,
     Title,
     keys,
     marked_numbers,
-    marked_slips,
     part_document,
+    values_in,
     warn_of_distributions,
 )
 from tendon_cli.studies.correlation import Correlation
@@ -231,7 +232,11 @@ class Study(Displayed, StudyTables):
     @property
     def slips(self) -> dict[str, Sequence[Slip]]:
         """Values far from any arm, by dotted key: those of numbers and of curves."""
-        found: dict[str, Sequence[Slip]] = dict(marked_slips(self, ""))
+        found: dict[str, Sequence[Slip]] = {
+            key: value.slips
+            for key, _, value in values_in(self, "")
+            if isinstance(value, StudyNumber | CurveTable) and value.slips
+        }
         for table in self.row_tables:
             found |= table.slips
         return found
@@ -246,17 +251,9 @@ class Study(Displayed, StudyTables):
     @property
     def words(self) -> dict[str, tuple[str, ...]]:
         """Words that vary, by dotted key: the places of the springs."""
-        springs = {
-            "spring.at": self.spring,
-            "spring.flexor.at": self.spring.flexor,
-            "spring.extensor.at": self.spring.extensor,
-        }
-        varied: dict[str, tuple[str, ...]] = {}
-        for key, spring in springs.items():
-            places = getattr(spring, "at", None)
-            if isinstance(places, tuple):
-                varied[key] = places
-        return varied
+        springs = parts.with_sides(self.spring, "spring")
+        places = {f"{key}.at": spring.at for key, spring in springs.items()}
+        return {key: words for key, words in places.items() if isinstance(words, tuple)}
 
     @property
     def uncertain(self) -> dict[str, Uncertain]:

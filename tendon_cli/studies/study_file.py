@@ -211,7 +211,7 @@ def _value(yaml: Any, node: Any, path: str, places: KeyPlaces) -> Any:
             problem = f'not YAML: duplicate key "{shorten(name)}", expected each key once'
             raise refused(problem, line=line)
         inner = f"{path}.{name}".removeprefix(".")
-        places.lines.setdefault(inner, line)
+        places.note(inner, line)
         content[name] = _value(yaml, item, inner, places)
     return list(content.values()) if is_list else content
 

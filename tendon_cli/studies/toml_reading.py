@@ -56,45 +56,42 @@ def shown(file: Path) -> str:
     return shorten(str(file), _LONGEST_PATH)
 
 
+Place = tuple[int | None, Path | None]
+"""Line of a key, None if it has none, and its file from the folder of the study; None for the
+study's own file."""
+
+
 @dataclass
 class KeyPlaces:
-    """Lines at which the keys of a study stand in its file, or in one that it extends."""
+    """Places of the keys of a study in its file, or in one that it extends."""
 
-    lines: dict[str, int | None] = field(default_factory=dict)
-    """Line of each dotted key, in the order of the document; None if it has no line."""
-    files: dict[str, Path] = field(default_factory=dict)
-    """File of each dotted key from another file than the study's own, from its folder."""
+    places: dict[str, Place] = field(default_factory=dict)
+    """Place of each dotted key, in the order of the document."""
+
+    def note(self, path: str, line: int) -> None:
+        """Keep the line at which a key stands for the first time."""
+        self.places.setdefault(path, (line, None))
 
     def forget(self, path: str) -> None:
         """Forget the places of a key that the command line sets, and of every key inside it."""
-        keys = (path, *self._inside(path))
-        self.lines |= dict.fromkeys(keys)
-        for key in keys:
-            self.files.pop(key, None)
+        for key in (path, *self._inside(path)):
+            self.places[key] = (None, None)
 
     def remove(self, path: str) -> None:
         """Remove the places of a key that another file replaces, and of every key inside it."""
         for key in (path, *self._inside(path)):
-            self.lines.pop(key, None)
-            self.files.pop(key, None)
-
-    def add(self, places: KeyPlaces) -> None:
-        """Add the places of a file that stands above; a key that both have stands there."""
-        for key in places.lines:
-            self.files.pop(key, None)
-        self.lines |= places.lines
-        self.files |= places.files
+            self.places.pop(key, None)
 
     def line_of(self, path: str) -> int | None:
         """Return the line of a key, or the nearest line to it.
 
         The nearest is that of the first key inside it, or else of the nearest table around it.
         """
-        return self.lines.get(self._nearest(path))
+        return self._nearest(path)[0]
 
     def file_of(self, path: str) -> Path | None:
         """Return the file in which the line of a key stands; None for the study's own."""
-        return self.files.get(self._nearest(path))
+        return self._nearest(path)[1]
 
     def folder_of(self, path: str) -> Path:
         """Return the folder of the file that states a key, from the folder of the study."""
@@ -110,34 +107,35 @@ class KeyPlaces:
         """
         if fault.line is not None:
             return fault
-        key = fault.key if path is None else path
-        file = self.file_of(key)
-        return replace(fault, line=self.line_of(key), file=None if file is None else shown(file))
+        line, file = self._nearest(fault.key if path is None else path)
+        return replace(fault, line=line, file=None if file is None else shown(file))
 
-    def _nearest(self, path: str) -> str:
-        """Return the key that has a place and is nearest to another; empty if there is none."""
-        while path and path not in self.lines:
+    def _nearest(self, path: str) -> Place:
+        """Return the place of a key, or of the key that has one and is nearest to it."""
+        while path and path not in self.places:
             inside = self._inside(path)
-            if inside and self.lines[inside[0]] is not None:
-                return inside[0]
+            if inside and self.places[inside[0]][0] is not None:
+                return self.places[inside[0]]
             path = path.rpartition(".")[0]
-        return path
+        return self.places.get(path, (None, None))
 
     def _inside(self, path: str) -> list[str]:
         """Return the keys with places inside a table or a list, in the order of the document."""
-        return [key for key in self.lines if key.startswith(f"{path}.")]
+        return [key for key in self.places if key.startswith(f"{path}.")]
 
 
 @dataclass(frozen=True)
 class Document:
-    """Content of a study file, unchecked, with the lines of its keys."""
+    """Content of a study file, unchecked, with the places of its keys."""
 
     content: dict[str, Any]
     """Tables and keys as the file has them."""
     places: KeyPlaces
-    """Lines of the keys."""
+    """Places of the keys."""
     sha256: str = ""
     """SHA-256 of the file; empty for text that is no file."""
+    file: Path | None = None
+    """Path of a file that the study extends, from the folder of the study; None for its own."""
 
 
 def read_value(text: str) -> Any:
@@ -196,7 +194,9 @@ def _plain_words(text: str, message: str, line: int, places: KeyPlaces) -> tuple
 def _given_twice(path: str, lines: list[str], places: KeyPlaces) -> tuple[str, str]:
     """Return the problem with a table that is written twice, with both lines, and a hint."""
     first = min(
-        line for key, line in places.lines.items() if line and f"{key}.".startswith(f"{path}.")
+        line
+        for key, (line, _) in places.places.items()
+        if line and f"{key}.".startswith(f"{path}.")
     )
     written = lines[first - 1].strip()
     dotted, _, rest = written.partition("=")
@@ -240,10 +240,10 @@ def _key_places(text: str) -> KeyPlaces:
         if depth == 0 and mark in "=\n":
             statement = text[start : match.start()].strip()
             if in_key and mark == "=":
-                places.lines.setdefault(".".join([*table, *_key_parts(statement)]), line)
+                places.note(".".join([*table, *_key_parts(statement)]), line)
             elif in_key and statement.startswith("["):
                 table = _table_of(statement, last_entries)
-                places.lines.setdefault(".".join(table), line)
+                places.note(".".join(table), line)
             in_key = mark == "\n"
             if in_key:
                 start = match.end()

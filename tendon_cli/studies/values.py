@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import lcm
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -111,13 +111,9 @@ def random_numbers(seed: int, purpose: int, stream: Stream = OF_THE_STUDY) -> np
     return np.random.default_rng(np.random.SeedSequence([seed, purpose], spawn_key=stream))
 
 
-class Mixing(Protocol):
-    """Correlation of numbers, which makes correlated normal scores of independent ones."""
-
-    def mixed(self, scores: Array, places: Mapping[str, int]) -> Array:
-        """Return independent normal scores, (draws, numbers), as correlated ones."""
-
-
+Mixing = Callable[[Array, Mapping[str, int]], Array]
+"""Function that correlates independent normal scores, (draws, numbers), whose columns it takes by
+the keys of the numbers."""
 Sampler = Literal["sobol", "latin-hypercube", "random", "even"]
 """Way to draw points: scrambled Sobol points, the first of the next power of two of them; a Latin
 hypercube, with a point in every 1/count of each number; independent points. `even` is a Latin
@@ -130,7 +126,7 @@ def draw_numbers(
     uncertain: Mapping[str, Uncertain],
     count: int,
     seed: int,
-    correlation: Mixing | None = None,
+    mixing: Mixing | None = None,
     *,
     sampler: Sampler = "sobol",
     stream: Stream = OF_THE_STUDY,
@@ -141,7 +137,7 @@ def draw_numbers(
         uncertain: The distribution of each number, by its key.
         count: Number of draws.
         seed: Seed; the same seed gives the same draws.
-        correlation: Correlation of the numbers; None if they are independent.
+        mixing: Correlates the numbers; None if they are independent.
         sampler: Way to draw points.
         stream: Stream of the random numbers.
 
@@ -163,11 +159,11 @@ def draw_numbers(
             shares = qmc.Sobol(numbers, scramble=True, rng=random).random_base2(power)[:count]
         else:
             shares = qmc.LatinHypercube(numbers, rng=random).random(count)
-    if correlation is not None:
+    if mixing is not None:
         from scipy.special import ndtr, ndtri
 
         places = {key: place for place, key in enumerate(uncertain)}
-        shares = ndtr(correlation.mixed(ndtri(shares), places))
+        shares = ndtr(mixing(ndtri(shares), places))
     return {
         key: quantile(known, shares[:, at]) for at, (key, known) in enumerate(uncertain.items())
     }

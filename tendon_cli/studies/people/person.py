@@ -12,6 +12,7 @@ from tendon_cli.model.body import (
     FOREARM_MASS_SHARE,
     stiffness_scale,
 )
+from tendon_cli.model.kinematics import Real
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.people.population import (
@@ -88,8 +89,7 @@ def person_study(study: Study, name: str) -> PersonStudy:
         if anchor in measured:
             steps.append(Step(anchor, "as measured on this person", given.array[0]))
             continue
-        scaled = tuple((given.array * scales[f"arm.{anchor}"]).tolist())
-        numbers[anchor] = StudyNumber(scaled, is_axis=given.is_axis, is_interval=given.is_interval)
+        numbers[anchor] = _scaled(given, scales[f"arm.{anchor}"])
         symbol = QUANTITIES[dimension].symbol
         of_mean_man = getattr(person.reference, dimension)
         formula = f"{given.array[0]:.6g} x {symbol} / {of_mean_man:.6g} of the mean man"
@@ -108,9 +108,7 @@ def person_study(study: Study, name: str) -> PersonStudy:
     joint = study.joint
     if joint.stiffness_with is not None:
         given = study.numbers["joint.stiffness"]
-        scale = stiffness_scale(person.body, person.reference)
-        scaled = tuple((given.array * scale).tolist())
-        stiffness = StudyNumber(scaled, is_axis=given.is_axis, is_interval=given.is_interval)
+        stiffness = _scaled(given, stiffness_scale(person.body, person.reference))
         joint = joint.model_copy(update={"stiffness": stiffness})
         formula = f"{given.array[0]:.6g} x arm volume / that of the mean man"
         steps.append(Step("joint_stiffness", formula, stiffness.array[0]))
@@ -123,6 +121,11 @@ def person_study(study: Study, name: str) -> PersonStudy:
         ),
         arm=tuple(steps),
     )
+
+
+def _scaled(given: StudyNumber, factor: Real) -> StudyNumber:
+    values = tuple((given.array * factor).tolist())
+    return StudyNumber(values, is_axis=given.is_axis, is_interval=given.is_interval)
 
 
 def _person(study: Study, name: str) -> Population:
