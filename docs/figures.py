@@ -21,12 +21,12 @@ import sys
 import tempfile
 from pathlib import Path
 
-from tendon_cli import cli
+from tendon_cli.commands import cli
 from tendon_cli.errors import EXIT_NEGATIVE
 
 DOCS = Path(__file__).parent
 IMPORTED = [
-    "tendon_cli.cli",
+    "tendon_cli.commands.cli",
     "tendon_cli.answers.record",
     "tendon_cli.figures.draw",
     "tendon_cli.figures.answer_figures",

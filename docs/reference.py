@@ -16,7 +16,8 @@ from typing import Any
 import typer
 
 import tendon_cli
-from tendon_cli import cli, errors, say
+from tendon_cli import errors, say
+from tendon_cli.commands import cli
 from tendon_cli.model.limits import ADDED, LIMITS
 from tendon_cli.quantities import (
     OF_CYCLES,
@@ -25,7 +26,7 @@ from tendon_cli.quantities import (
     OF_TRAJECTORIES,
     QUANTITIES,
 )
-from tendon_cli.space.axis import limit_of, split_side
+from tendon_cli.studies.space.axis import limit_of, split_side
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.usual import USUAL, UsualDeviation
 from tendon_cli.units import UNITS

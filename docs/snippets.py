@@ -26,7 +26,7 @@ from typing import Any
 from unittest import mock
 
 import tendon_cli
-from tendon_cli import cli
+from tendon_cli.commands import cli
 
 FENCE = re.compile(r"^```(\w+)[^\n]*\n(.*?)^```[ \t]*$", re.DOTALL | re.MULTILINE)
 COMMAND = re.compile(r"^\$ ((?:[^\n]*\\\n)*[^\n]*)\n((?:(?!\$ )[^\n]*\n)*)", re.MULTILINE)

@@ -95,7 +95,7 @@ def __getattr__(name: str) -> "Any":
     module_name, _, attribute = _MODULE_OF.get(name, f"errors.{name}").rpartition(".")
     found = getattr(import_module(f"{__name__}.{module_name}"), attribute)
     if name in _MODULE_OF:
-        found = import_module(f"{__name__}.call_options").public(found, name)
+        found = import_module(f"{__name__}.verbs.call_options").public(found, name)
     return globals().setdefault(name, found)
 
 

@@ -14,7 +14,7 @@ def main() -> None:
 
     quit_on_signals()
     spare_time()
-    from tendon_cli.cli import main as run
+    from tendon_cli.commands.cli import main as run
 
     run()
 

@@ -1,7 +1,7 @@
 """Errors that tendon raises on purpose, one class for each exit code.
 
 Anything that a user or the machine got wrong is raised as a `TendonError` and printed once, by
-`tendon_cli.cli`. Any other exception that reaches it is a bug in tendon (exit 1).
+`tendon_cli.commands.cli`. Any other exception that reaches it is a bug in tendon (exit 1).
 """
 
 from __future__ import annotations

@@ -9,12 +9,10 @@ from threading import Event
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from tendon_cli import say
-from tendon_cli.call_options import check_options
 from tendon_cli.engine.results import Result, Run, open_result
 from tendon_cli.engine.run import Draw, RunOptions, run_task
 from tendon_cli.errors import UsageError
 from tendon_cli.files import result_path
-from tendon_cli.registry import TaskKind, by_name, kinds, load
 from tendon_cli.say.display import Displayed
 from tendon_cli.studies.checks import without_intervals
 from tendon_cli.studies.fields import hint_at_nearest
@@ -23,6 +21,8 @@ from tendon_cli.studies.load import AnyStudy, any_study
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import TableInMemory
 from tendon_cli.units import described
+from tendon_cli.verbs.call_options import check_options
+from tendon_cli.verbs.registry import TaskKind, by_name, kinds, load
 
 if TYPE_CHECKING:
     from tendon_cli.answers.answer import Answer

@@ -4,9 +4,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
 
 import tendon_cli as tendon
-from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solutions import solve
-from tendon_cli.windows.solver import Solver
+from tendon_cli.engine.windows.question import question_of
+from tendon_cli.engine.windows.solutions import solve
+from tendon_cli.engine.windows.solver import Solver
 
 _FOLDER = TemporaryDirectory(prefix="answers-")
 _KNOWN = {}

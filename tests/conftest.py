@@ -14,9 +14,9 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from tendon_cli import cli, files
+from tendon_cli import files
 from tendon_cli.answers import assumed, sensitivity
-from tendon_cli.commands import startup
+from tendon_cli.commands import cli, startup
 from tendon_cli.engine import plan as plan_module
 from tendon_cli.engine.folder import RunFolder
 from tendon_cli.engine.plan import STATES_PER_BLOCK, Plan

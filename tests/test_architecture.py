@@ -13,58 +13,51 @@ import tendon_cli
 PACKAGE = Path(tendon_cli.__file__).parent
 FILES = sorted(PACKAGE.rglob("*.py"))
 GROUND = {
-    "answer_record",
-    "call_options",
     "errors",
     "files",
     "quantities",
     "readers",
     "say",
-    "registry",
-    "typed_record",
     "units",
+    "verbs",
     "version",
 }
 ROOMS = ("figures", "fits", "engine")
-BELOW_THE_ROOMS = {"studies", "space", "tables", "model", *GROUND}
+BELOW_THE_ROOMS = {"studies", "tables", "model", *GROUND}
 THE_FACE = ""
 
 # What each room, and each file at the root, may import of the package besides itself.
 MAY_IMPORT = {
     "version": set(),
-    "typed_record": set(),
-    "answer_record": {"typed_record"},
     "errors": set(),
     "terminal": {"errors"},
     "files": {"errors", "units"},
-    "call_options": {"errors", "units"},
+    "verbs": {"errors", "units"},
     "quantities": {"units"},
     "readers": {"errors", "files", "units"},
-    "registry": set(),
     "units": set(),
     "model": {"quantities", "units", "errors"},
-    "say": {"answer_record", "errors", "model", "quantities", "registry", "typed_record", "units"},
+    "say": {"errors", "quantities", "units", "verbs"},
     "tables": GROUND,
-    "studies": {"space", "model", *GROUND},
+    "studies": {"model", *GROUND},
     "cube": {"engine", *BELOW_THE_ROOMS},
     "figures": {"cube", "say", *BELOW_THE_ROOMS},
     "fits": BELOW_THE_ROOMS,
     "kernel": {"model", "quantities"},
-    "space": {"model", "quantities", "units"},
     "engine": {"kernel", *BELOW_THE_ROOMS},
-    "windows": {"engine", "kernel", *BELOW_THE_ROOMS},
-    "proof": {"windows", "engine", "kernel", *BELOW_THE_ROOMS},
-    "answers": {"proof", "windows", "engine", "kernel", "figures", *BELOW_THE_ROOMS},
-    "exports": {"answers", "windows", "engine", *BELOW_THE_ROOMS},
+    "proof": {"engine", "kernel", *BELOW_THE_ROOMS},
+    "answers": {"proof", "engine", "kernel", "figures", *BELOW_THE_ROOMS},
+    "exports": {"answers", "engine", *BELOW_THE_ROOMS},
     "checks": {"answers", "cube", *ROOMS, *BELOW_THE_ROOMS},
     "reports": {"cube", *ROOMS, *BELOW_THE_ROOMS},
     "state_page": {"figures", "engine", *BELOW_THE_ROOMS},
 }
 MAY_IMPORT["face"] = {name for name in MAY_IMPORT if name != "terminal"}
 MAY_IMPORT[THE_FACE] = set(MAY_IMPORT) - {"terminal"}
-MAY_IMPORT["commands"] = set(MAY_IMPORT)
-MAY_IMPORT["cli"] = {"commands", "files", "registry", "terminal", "errors", "version"}
-MAY_IMPORT["__main__"] = {"cli", "commands"}
+MAY_IMPORT["commands"] = set(MAY_IMPORT) - {THE_FACE}
+MAY_IMPORT["__main__"] = {"commands"}
+MOST_FLOORS = 11
+"""Rooms and files at the root that lie above one another, at most."""
 
 
 def name_of(path):
@@ -146,7 +139,8 @@ def test_figures_take_only_the_kinematics_of_the_model():
     assert wrong(files_of("figures"), model) == {}
 
 
-OF_A_TEXT = {"answer_record", "say", "space", "studies", "quantities", "typed_record"}
+OF_A_TEXT = {"say", "studies", "quantities"}
+OF_RECORDS = {"verbs.answer_record", "verbs.typed_record"}
 
 
 def test_the_text_of_an_answer_knows_its_record_and_no_question():
@@ -155,7 +149,7 @@ def test_the_text_of_an_answer_knows_its_record_and_no_question():
     files = [path for path in FILES if name_of(path) in texts]
 
     def beyond_the_record(path):
-        known = {"model.kinematics", *texts}
+        known = {"model.kinematics", *OF_RECORDS, *texts}
         return [name for name in ours(path) if room_of(name) not in OF_A_TEXT and name not in known]
 
     assert len(files) == len(texts) > 2
@@ -182,8 +176,25 @@ def test_the_two_fits_share_their_ground_and_not_each_other():
 
 
 def test_nobody_imports_the_command_line():
-    files = [path for path in FILES if room_of(name_of(path)) not in ("__main__", "cli")]
-    assert wrong(files, lambda path: [name for name in ours(path) if room_of(name) == "cli"]) == {}
+    files = [path for path in FILES if room_of(name_of(path)) not in ("__main__", "commands")]
+
+    def commands(path):
+        return [name for name in ours(path) if room_of(name) == "commands"]
+
+    assert wrong(files, commands) == {}
+
+
+def test_rooms_lie_on_few_floors():
+    below = {}
+    for path in FILES:
+        room = room_of(name_of(path))
+        below.setdefault(room, set()).update({room_of(name) for name in ours(path)} - {room})
+
+    @functools.cache
+    def floor(room):
+        return 1 + max(map(floor, below[room]), default=0)
+
+    assert max(map(floor, below)) <= MOST_FLOORS
 
 
 def test_no_file_imports_itself_over_others():

@@ -125,7 +125,7 @@ def test_commands_that_compute_validate_one_study(tendon, folders, counted, verb
 MOST_FILES = {
     "show run": 17,
     "show answer": 17,
-    "plot run -y motor_torque --out a.png": 47,
+    "plot run -y motor_torque --out a.png": 48,
     "check run": 52,
     "report run": 52,
     "report answer": 52,

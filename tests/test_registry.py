@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 import tendon_cli
-from tendon_cli import registry
 from tendon_cli.engine.results import Result
 from tendon_cli.engine.task import Task
-from tendon_cli.registry import TaskKind, kinds, load, table_kinds
+from tendon_cli.verbs import registry
+from tendon_cli.verbs.registry import TaskKind, kinds, load, table_kinds
 from tests.conftest import Ran
 from tests.shells import asked_by_bash
 from tests.weigh import G
@@ -20,9 +20,9 @@ from tests.weigh import G
 ROOT = Path(__file__).parents[1]
 WEIGHING = """
 import contextlib, io, json, shlex, sys
-from tendon_cli import registry
+from tendon_cli.verbs import registry
 registry.KINDS = (*registry.KINDS, "tests.weigh.WEIGH")
-from tendon_cli.cli import main
+from tendon_cli.commands.cli import main
 
 ended = []
 for line in sys.argv[1:]:
@@ -150,12 +150,12 @@ def test_no_two_kinds_share_a_record_or_a_table():
 
 def test_knowing_every_kind_imports_no_room():
     script = (
-        "import sys\nfrom tendon_cli.registry import kinds\nkinds()\n"
+        "import sys\nfrom tendon_cli.verbs.registry import kinds\nkinds()\n"
         "print(*[name for name in sys.modules if name.startswith('tendon_cli.')])"
     )
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=60
     )
     rooms = {name.split(".")[1] for name in done.stdout.split()}
-    assert rooms == {"answers", "engine", "registry", "version"}
-    assert len(done.stdout.split()) == 6  # both rooms, and in each the module of its kind
+    assert rooms == {"answers", "engine", "verbs", "version"}
+    assert len(done.stdout.split()) == 7  # the rooms, and in each the module of its kind

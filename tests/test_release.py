@@ -104,7 +104,7 @@ def test_an_image_is_built_and_asked_for_its_version_or_that_is_told(tmp_path, m
 
 
 WHOLE = release.of_a_wheel() | {"tendon_cli/kernel/_native.abi3.so"}
-LACKING = ["tendon_cli/studies/starter.yaml", "tendon_cli/py.typed", "tendon_cli/cli.py"]
+LACKING = ["tendon_cli/studies/starter.yaml", "tendon_cli/py.typed", "tendon_cli/commands/cli.py"]
 WHEELS = [
     (WHOLE, "any", []),
     *((WHOLE - {name}, "any", [f"lacks {name}"]) for name in LACKING),

@@ -11,6 +11,7 @@ import tendon_cli as tendon
 from tendon_cli import say
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.quantities import QUANTITIES
+from tendon_cli.studies import limit_phrases
 from tendon_cli.units import parse_measure
 
 finite = st.floats(min_value=-1e12, max_value=1e12, allow_subnormal=False)
@@ -88,15 +89,15 @@ def test_nearly_all_is_not_all_and_hardly_any_is_not_none(share, digits):
 def test_every_limit_has_words_and_none_is_its_key():
     for limit in sorted(set(LIMIT_NAMES)):
         for bounds in ({}, {limit: 12.5} if limit in QUANTITIES else {}):
-            for text in vars(say.limit_words(limit, bounds)).values():
+            for text in vars(limit_phrases.limit_words(limit, bounds)).values():
                 assert text
                 assert not set("_{}") & set(text)
 
 
 def test_two_limits_that_exclude_each_other_are_named():
     pair = ("extensor slack", "min_elbow_stiffness")
-    assert say.conflict_label(pair, {}) == "slack and stability conflict"
-    assert say.conflict_label(("max_tension",), {}) == "tension too high"
+    assert limit_phrases.conflict_label(pair, {}) == "slack and stability conflict"
+    assert limit_phrases.conflict_label(("max_tension",), {}) == "tension too high"
 
 
 def test_lines_end_between_quantities():

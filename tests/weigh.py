@@ -15,9 +15,9 @@ from tendon_cli.engine.results import Result
 from tendon_cli.engine.task import Task
 from tendon_cli.kernel import columns_writer
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.registry import TableKind, TaskKind
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column
+from tendon_cli.verbs.registry import TableKind, TaskKind
 
 G = 9.80665
 """Acceleration by weight, m/s²."""

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from tendon_cli.answer_record import AnswerRecord, as_answer, holds, value_of
 from tendon_cli.answers.text import short_text
 from tendon_cli.engine.results import (
     Result,
@@ -20,8 +19,9 @@ from tendon_cli.engine.results import (
     variables_of,
     xarray_library,
 )
-from tendon_cli.registry import load
-from tendon_cli.windows.question import Goal
+from tendon_cli.engine.windows.question import Goal
+from tendon_cli.verbs.answer_record import AnswerRecord, as_answer, holds, value_of
+from tendon_cli.verbs.registry import load
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -184,9 +184,9 @@ class Answer(Result):
             UsageError: The package xarray is missing.
         """
         from tendon_cli.answers.tables import choice_columns
+        from tendon_cli.engine.windows.question import question_of
+        from tendon_cli.engine.windows.solver import Solver
         from tendon_cli.quantities import unit_of_reading
-        from tendon_cli.windows.question import question_of
-        from tendon_cli.windows.solver import Solver
 
         library = xarray_library()
         table = self.table("choices")

@@ -13,16 +13,16 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answer_record import AssumedRecord, SensitivityRecord
+from tendon_cli.engine.windows.question import LEAN, Question
+from tendon_cli.engine.windows.solutions import Solutions, solve_windows
+from tendon_cli.engine.windows.solver import Solver
 from tendon_cli.model.kinematics import Array, Spline
-from tendon_cli.space.axis import factor_of, shift_of, split_side
+from tendon_cli.studies.space.axis import factor_of, shift_of, split_side
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.usual import USUAL
 from tendon_cli.studies.values import Uncertain
 from tendon_cli.tables.schema import finite_or_none
-from tendon_cli.windows.question import LEAN, Question
-from tendon_cli.windows.solutions import Solutions, solve_windows
-from tendon_cli.windows.solver import Solver
+from tendon_cli.verbs.answer_record import AssumedRecord, SensitivityRecord
 
 ANCHOR_STIFFNESS = "anchor.stiffness"
 MEASURED_CUFFS = (1050.0, 2250.0)

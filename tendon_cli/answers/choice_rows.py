@@ -6,16 +6,16 @@ import math
 
 import numpy as np
 
-from tendon_cli.answer_record import AxisRecord, ChoiceRecord, value_of
 from tendon_cli.answers.answer import Answer
 from tendon_cli.answers.choose import choice_records
 from tendon_cli.answers.record import named_rows
+from tendon_cli.engine.windows.question import affords_motion, question_of
+from tendon_cli.engine.windows.solutions import solve
+from tendon_cli.engine.windows.solver import Solver
 from tendon_cli.errors import UsageError
-from tendon_cli.space.axis import Axis
+from tendon_cli.studies.space.axis import Axis
 from tendon_cli.studies.values import RIGID
-from tendon_cli.windows.question import affords_motion, question_of
-from tendon_cli.windows.solutions import solve
-from tendon_cli.windows.solver import Solver
+from tendon_cli.verbs.answer_record import AxisRecord, ChoiceRecord, value_of
 
 
 def choice_in_row(answer: Answer, row: int) -> ChoiceRecord:

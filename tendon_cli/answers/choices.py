@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from tendon_cli.answer_record import ChoiceRecord, PopulationRecord, as_answer
 from tendon_cli.answers import tables as answer_tables
 from tendon_cli.answers.choose import choose
 from tendon_cli.answers.design_kind import DESIGN
@@ -21,16 +20,8 @@ from tendon_cli.answers.solved_parts import solutions_from, solved_columns, solv
 from tendon_cli.answers.text import answer_blocks, answer_text
 from tendon_cli.engine.plan import part_range
 from tendon_cli.engine.task import FinalFile, Note, Task
-from tendon_cli.errors import SizeError
-from tendon_cli.kernel import columns_writer
-from tendon_cli.registry import UNFINISHED
-from tendon_cli.space.axis import PERSON_AXIS, Axis
-from tendon_cli.studies.study import Study
-from tendon_cli.tables.schema import Column
-from tendon_cli.tables.write import RowTarget
-from tendon_cli.typed_record import to_json
-from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import (
+from tendon_cli.engine.windows.points import Points
+from tendon_cli.engine.windows.question import (
     Question,
     affords_motion,
     cost_per_design,
@@ -39,8 +30,17 @@ from tendon_cli.windows.question import (
     question_of,
     rows_to_prove,
 )
-from tendon_cli.windows.solutions import Solutions, solve
-from tendon_cli.windows.solver import Solver
+from tendon_cli.engine.windows.solutions import Solutions, solve
+from tendon_cli.engine.windows.solver import Solver
+from tendon_cli.errors import SizeError
+from tendon_cli.kernel import columns_writer
+from tendon_cli.studies.space.axis import PERSON_AXIS, Axis
+from tendon_cli.studies.study import Study
+from tendon_cli.tables.schema import Column
+from tendon_cli.tables.write import RowTarget
+from tendon_cli.verbs.answer_record import ChoiceRecord, PopulationRecord, as_answer
+from tendon_cli.verbs.registry import UNFINISHED
+from tendon_cli.verbs.typed_record import to_json
 
 CHOICES_PER_PART = 2**17
 WINDOWS_PER_PART = 2**19

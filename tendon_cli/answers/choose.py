@@ -12,21 +12,21 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.answer_record import ChoiceRecord
 from tendon_cli.answers.question_facts import condition_values
 from tendon_cli.answers.tables import VERIFIED, as_records, choice_columns, choice_rows
-from tendon_cli.model.kinematics import Rows
-from tendon_cli.proof.certify import Certificate, Report, certify
-from tendon_cli.windows import candidates
-from tendon_cli.windows.question import (
+from tendon_cli.engine.windows import candidates
+from tendon_cli.engine.windows.question import (
     Question,
     affords_motion,
     of_second_sample,
     rows_to_prove,
 )
-from tendon_cli.windows.solutions import Solutions, solve
-from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.verification import Verified, Verifier
+from tendon_cli.engine.windows.solutions import Solutions, solve
+from tendon_cli.engine.windows.solver import Solver
+from tendon_cli.engine.windows.verification import Verified, Verifier
+from tendon_cli.model.kinematics import Rows
+from tendon_cli.proof.certify import Certificate, Report, certify
+from tendon_cli.verbs.answer_record import ChoiceRecord
 
 _NO_ROWS: Rows = np.empty(0, dtype=np.int64)
 Best = dict[str, Solutions]

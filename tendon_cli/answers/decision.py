@@ -6,15 +6,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from tendon_cli.answer_record import DecisionRecord
 from tendon_cli.answers.question_facts import choice_values
+from tendon_cli.engine.windows.candidates import without_effect
+from tendon_cli.engine.windows.order import MOST_TIED, Order, last_stage
+from tendon_cli.engine.windows.question import Question
+from tendon_cli.engine.windows.solutions import NEEDED, Solutions
 from tendon_cli.model.kinematics import Rows
-from tendon_cli.space.axis import split_side
+from tendon_cli.studies.space.axis import split_side
 from tendon_cli.studies.study import Study
-from tendon_cli.windows.candidates import without_effect
-from tendon_cli.windows.order import MOST_TIED, Order, last_stage
-from tendon_cli.windows.question import Question
-from tendon_cli.windows.solutions import NEEDED, Solutions
+from tendon_cli.verbs.answer_record import DecisionRecord
 
 _CHOSEN = ("spool.ratio", "spring.stiffness")
 """Keys of the numbers that decide most how wide a window is."""

@@ -1,6 +1,6 @@
 """Kind of the task that answers a design question: record, tables, who runs and draws it."""
 
-from tendon_cli.registry import FlagOption, SettingOption, TableKind, TaskKind
+from tendon_cli.verbs.registry import FlagOption, SettingOption, TableKind, TaskKind
 
 DESIGN = TaskKind(
     verb="design",
@@ -15,7 +15,7 @@ DESIGN = TaskKind(
         TableKind("draws"),
     ),
     task="tendon_cli.answers.choices.Choices",
-    reads="tendon_cli.answer_record.as_answer",
+    reads="tendon_cli.verbs.answer_record.as_answer",
     result="tendon_cli.answers.answer.Answer",
     suffix="-design",
     size="tendon_cli.answers.size.size_of_question",

@@ -16,29 +16,29 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answer_record import FixRecord, PartRecord, RelaxationRecord
 from tendon_cli.answers.notes import note_on_judges, note_on_remedies
 from tendon_cli.answers.question_facts import choice_values
-from tendon_cli.model.kinematics import Array, Flags, Rows, Spline
-from tendon_cli.model.limits import LIMITS
-from tendon_cli.space.axis import LIMIT, NamedAxis, evenly_spaced, limit_of
-from tendon_cli.space.space import ANCHORS
-from tendon_cli.studies.study import keys
-from tendon_cli.tables.schema import finite_or_none
-from tendon_cli.units import parse_measure
-from tendon_cli.windows.order import Order
-from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import (
+from tendon_cli.engine.windows.order import Order
+from tendon_cli.engine.windows.points import Points
+from tendon_cli.engine.windows.question import (
     Question,
     cost_per_design,
     is_sought,
     least_share_for,
     with_enough,
 )
-from tendon_cli.windows.solutions import Solutions, solve
-from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.verification import Verified, Verifier, fresh_record
-from tendon_cli.windows.worst import WORST
+from tendon_cli.engine.windows.solutions import Solutions, solve
+from tendon_cli.engine.windows.solver import Solver
+from tendon_cli.engine.windows.verification import Verified, Verifier, fresh_record
+from tendon_cli.engine.windows.worst import WORST
+from tendon_cli.model.kinematics import Array, Flags, Rows, Spline
+from tendon_cli.model.limits import LIMITS
+from tendon_cli.studies.space.axis import LIMIT, NamedAxis, evenly_spaced, limit_of
+from tendon_cli.studies.space.space import ANCHORS
+from tendon_cli.studies.study import keys
+from tendon_cli.tables.schema import finite_or_none
+from tendon_cli.units import parse_measure
+from tendon_cli.verbs.answer_record import FixRecord, PartRecord, RelaxationRecord
 
 PARAMETERS = {
     "spring.stiffness": (200.0, 5e4),

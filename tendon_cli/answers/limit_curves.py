@@ -6,7 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tendon_cli.answer_record import CurvesRecord
+from tendon_cli.engine.windows.question import Question
+from tendon_cli.engine.windows.solutions import Solutions
+from tendon_cli.engine.windows.solver import Solver
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags
@@ -15,9 +17,7 @@ from tendon_cli.model.moving import Moving
 from tendon_cli.model.whole_motion import end_curves
 from tendon_cli.model.window import Ends
 from tendon_cli.tables.schema import finite_or_none
-from tendon_cli.windows.question import Question
-from tendon_cli.windows.solutions import Solutions
-from tendon_cli.windows.solver import Solver
+from tendon_cli.verbs.answer_record import CurvesRecord
 
 
 def curves_of(solver: Solver, choice: Solutions, ends: Ends) -> CurvesRecord:

@@ -7,27 +7,8 @@ from typing import Literal, cast
 
 import numpy as np
 
-from tendon_cli.answer_record import (
-    FailingPart,
-    MotorRecord,
-    PartsRecord,
-    RopeRecord,
-    SpoolRecord,
-    SpringRecord,
-    StrapRecord,
-)
 from tendon_cli.engine.plan import columns_of_motion
-from tendon_cli.model.actuator import evaluate
-from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Flags, Spline
-from tendon_cli.model.limits import BREAKING_FORCE, FREE_LENGTH
-from tendon_cli.model.moving import Moving
-from tendon_cli.model.winding import least_free_length
-from tendon_cli.model.window import Ends
-from tendon_cli.quantities import SIDES
-from tendon_cli.space.axis import of_side
-from tendon_cli.tables.schema import finite_or_none
-from tendon_cli.windows.advice import (
+from tendon_cli.engine.windows.advice import (
     FLEXIBLE_ROPES,
     HURTS,
     NARROW,
@@ -40,11 +21,30 @@ from tendon_cli.windows.advice import (
     least_rope,
     least_spool,
 )
-from tendon_cli.windows.question import Question
-from tendon_cli.windows.solutions import Solutions
-from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.study_arm import study_arm
-from tendon_cli.windows.worst_between import worst_between
+from tendon_cli.engine.windows.question import Question
+from tendon_cli.engine.windows.solutions import Solutions
+from tendon_cli.engine.windows.solver import Solver
+from tendon_cli.engine.windows.study_arm import study_arm
+from tendon_cli.engine.windows.worst_between import worst_between
+from tendon_cli.model.actuator import evaluate
+from tendon_cli.model.design import Design
+from tendon_cli.model.kinematics import Array, Flags, Spline
+from tendon_cli.model.limits import BREAKING_FORCE, FREE_LENGTH
+from tendon_cli.model.moving import Moving
+from tendon_cli.model.winding import least_free_length
+from tendon_cli.model.window import Ends
+from tendon_cli.quantities import SIDES
+from tendon_cli.studies.space.axis import of_side
+from tendon_cli.tables.schema import finite_or_none
+from tendon_cli.verbs.answer_record import (
+    FailingPart,
+    MotorRecord,
+    PartsRecord,
+    RopeRecord,
+    SpoolRecord,
+    SpringRecord,
+    StrapRecord,
+)
 
 _WIDTH = "arm.contact_width"
 _WORN_PASS = 0.69

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from tendon_cli import say
-from tendon_cli.answer_record import FreshRecord
 from tendon_cli.answers.phrases import members
-from tendon_cli.space.axis import PRETENSION, split_side
+from tendon_cli.engine.windows.question import Question
+from tendon_cli.studies import limit_phrases
+from tendon_cli.studies.space.axis import PRETENSION, split_side
 from tendon_cli.studies.study import keys
-from tendon_cli.windows.question import Question
+from tendon_cli.verbs.answer_record import FreshRecord
 
 PROOF_METHOD = (
     "interval arithmetic with outward rounding on Taylor forms of second order over cells of the"
@@ -57,8 +58,9 @@ def notes_of(question: Question) -> list[str]:
         (
             sampled_intervals,
             (
-                f"{', '.join(sampled_intervals)}: {say.proved_word(say.SAMPLED)} at both ends of"
-                f" the interval, {say.proved_word(say.OPEN)} between them"
+                f"{', '.join(sampled_intervals)}: "
+                f"{limit_phrases.proved_word(limit_phrases.SAMPLED)} at both ends of the"
+                f" interval, {limit_phrases.proved_word(limit_phrases.OPEN)} between them"
             ),
         ),
         (

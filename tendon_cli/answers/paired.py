@@ -13,17 +13,17 @@ from typing import Literal
 
 import numpy as np
 
-from tendon_cli.answer_record import ChoiceRecord
 from tendon_cli.answers.people import GroupWindows
+from tendon_cli.engine.windows.coverage import normalise
+from tendon_cli.engine.windows.points import Points
+from tendon_cli.engine.windows.question import Placement, question_of
+from tendon_cli.engine.windows.solver import Solver
+from tendon_cli.engine.windows.verification import Verified, Verifier
 from tendon_cli.model.kinematics import Flags
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.studies.answer_draws import for_answer
 from tendon_cli.studies.study import Study
-from tendon_cli.windows.coverage import normalise
-from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import Placement, question_of
-from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.verification import Verified, Verifier
+from tendon_cli.verbs.answer_record import ChoiceRecord
 
 _TWO_SIDED_95 = 1.959963984540054
 """Quantile of the normal distribution for an interval of 95 %."""

@@ -10,7 +10,35 @@ from typing import Any, Literal
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answer_record import (
+from tendon_cli.answers.phrases import LESS, MORE, NEITHER, reason_words
+from tendon_cli.answers.question_facts import (
+    condition_values,
+    question_record,
+    value_at,
+)
+from tendon_cli.answers.sensitivity import indices
+from tendon_cli.answers.setup import settings
+from tendon_cli.answers.text_bench import FEW_PERSONS, population_title
+from tendon_cli.engine.windows import coverage
+from tendon_cli.engine.windows.coverage import (
+    Sizes,
+    best_sizes,
+    effective_count,
+    normalise,
+    serves,
+)
+from tendon_cli.engine.windows.points import Points
+from tendon_cli.engine.windows.question import Question, select_numbers
+from tendon_cli.engine.windows.solutions import Solutions
+from tendon_cli.engine.windows.solver import Solver
+from tendon_cli.engine.windows.verification import Verified, fresh_record
+from tendon_cli.model.body import DIMENSIONS
+from tendon_cli.model.kinematics import Array, Flags, Rows
+from tendon_cli.model.limits import LIMIT_NAMES, Codes
+from tendon_cli.studies.people.population import Population
+from tendon_cli.studies.space.axis import PERSON_AXIS, Axis, evenly_spaced, limit_of
+from tendon_cli.tables.schema import finite_or_none
+from tendon_cli.verbs.answer_record import (
     BodyRecord,
     ChoiceRecord,
     PopulationRecord,
@@ -23,34 +51,6 @@ from tendon_cli.answer_record import (
     row_as_read,
     value_of,
 )
-from tendon_cli.answers.phrases import LESS, MORE, NEITHER, reason_words
-from tendon_cli.answers.question_facts import (
-    condition_values,
-    question_record,
-    value_at,
-)
-from tendon_cli.answers.sensitivity import indices
-from tendon_cli.answers.setup import settings
-from tendon_cli.answers.text_bench import FEW_PERSONS, population_title
-from tendon_cli.model.body import DIMENSIONS
-from tendon_cli.model.kinematics import Array, Flags, Rows
-from tendon_cli.model.limits import LIMIT_NAMES, Codes
-from tendon_cli.space.axis import PERSON_AXIS, Axis, evenly_spaced, limit_of
-from tendon_cli.studies.people.population import Population
-from tendon_cli.tables.schema import finite_or_none
-from tendon_cli.windows import coverage
-from tendon_cli.windows.coverage import (
-    Sizes,
-    best_sizes,
-    effective_count,
-    normalise,
-    serves,
-)
-from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import Question, select_numbers
-from tendon_cli.windows.solutions import Solutions
-from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.verification import Verified, fresh_record
 
 MOST_SIZES = 3
 _MOST_ALONG = 16

@@ -8,7 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answer_record import (
+from tendon_cli.quantities import bound_name
+from tendon_cli.studies import limit_phrases
+from tendon_cli.studies.axis_words import numbers_in_words, parameter, row_name, word_of_key
+from tendon_cli.studies.space.axis import DRAW_AXIS, PERSON_AXIS, SAMPLE_AXES, limit_of
+from tendon_cli.studies.study import keys
+from tendon_cli.verbs.answer_record import (
     AxisRecord,
     ChoiceRecord,
     FixRecord,
@@ -21,10 +26,6 @@ from tendon_cli.answer_record import (
     VerifiedRecord,
     value_of,
 )
-from tendon_cli.quantities import bound_name
-from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, SAMPLE_AXES, limit_of
-from tendon_cli.studies.axis_words import numbers_in_words, parameter, row_name, word_of_key
-from tendon_cli.studies.study import keys
 
 COSTS = {"max_tension": "tension", "max_spring_extension": "spring", "peak_motor_torque": "torque"}
 """Columns of a choice's costs, and their heads in small tables."""
@@ -151,7 +152,7 @@ def bounds(question: QuestionRecord, *values: Mapping[str, Any]) -> dict[str, fl
 
 def broken(question: QuestionRecord, limit: str, *values: Mapping[str, Any]) -> str:
     """Say what happens if a limit is not kept, with its bound for the values of `bounds`."""
-    return say.limit_words(limit, bounds(question, *values), question.read).broken
+    return limit_phrases.limit_words(limit, bounds(question, *values), question.read).broken
 
 
 def sums_words(question: QuestionRecord, row: ChoiceRecord) -> str:

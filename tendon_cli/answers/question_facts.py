@@ -9,7 +9,15 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answer_record import (
+from tendon_cli.engine.windows.points import Points
+from tendon_cli.engine.windows.question import Goal, Question
+from tendon_cli.engine.windows.solutions import NEEDED
+from tendon_cli.model.design import F0
+from tendon_cli.quantities import unit_of_reading
+from tendon_cli.studies.space.axis import SAMPLE_AXES, Axis, NamedAxis, limit_of
+from tendon_cli.studies.space.space import Carried
+from tendon_cli.studies.values import RIGID
+from tendon_cli.verbs.answer_record import (
     AccuracyRecord,
     AxisRecord,
     CarriedRecord,
@@ -18,15 +26,7 @@ from tendon_cli.answer_record import (
     Value,
     Values,
 )
-from tendon_cli.model.design import F0
-from tendon_cli.quantities import unit_of_reading
-from tendon_cli.space.axis import SAMPLE_AXES, Axis, NamedAxis, limit_of
-from tendon_cli.space.space import Carried
-from tendon_cli.studies.values import RIGID
-from tendon_cli.typed_record import to_json
-from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import Goal, Question
-from tendon_cli.windows.solutions import NEEDED
+from tendon_cli.verbs.typed_record import to_json
 
 _MOST_TOLD_ROWS = 1000
 """Rows of the largest table all of whose rows are told in a record."""

@@ -7,19 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from tendon_cli.answer_record import (
-    AnswerResults,
-    AssumedRecord,
-    BetweenSamples,
-    ChecksRecord,
-    ChoiceCertificate,
-    ChoiceRecord,
-    ConflictRecord,
-    ListedRecord,
-    SensitivityRecord,
-    TradeOffRecord,
-    Values,
-)
 from tendon_cli.answers.assumed import (
     drawn_deviations,
     exact_numbers,
@@ -49,25 +36,38 @@ from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.setup import drift_record, setting_record
 from tendon_cli.engine.cutoff_check import check_of_designs
 from tendon_cli.engine.plan import columns_of_motion
-from tendon_cli.model.kinematics import Array, Rows
-from tendon_cli.model.window import Ends
-from tendon_cli.space.axis import PRETENSION, limit_of
-from tendon_cli.space.space import Space
-from tendon_cli.studies.answer_draws import numbers_of_paper
-from tendon_cli.tables.schema import finite_or_none
-from tendon_cli.windows import candidates
-from tendon_cli.windows.candidates import LimitPair
-from tendon_cli.windows.coverage import normalise, serves
-from tendon_cli.windows.question import (
+from tendon_cli.engine.windows import candidates
+from tendon_cli.engine.windows.candidates import LimitPair
+from tendon_cli.engine.windows.coverage import normalise, serves
+from tendon_cli.engine.windows.question import (
     Question,
     affords_motion,
     is_sought,
     select_numbers,
 )
-from tendon_cli.windows.solutions import Solutions, solve_windows
-from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.study_arm import as_read
-from tendon_cli.windows.verification import Verified, Verifier, fresh_record
+from tendon_cli.engine.windows.solutions import Solutions, solve_windows
+from tendon_cli.engine.windows.solver import Solver
+from tendon_cli.engine.windows.study_arm import as_read
+from tendon_cli.engine.windows.verification import Verified, Verifier, fresh_record
+from tendon_cli.model.kinematics import Array, Rows
+from tendon_cli.model.window import Ends
+from tendon_cli.studies.answer_draws import numbers_of_paper
+from tendon_cli.studies.space.axis import PRETENSION, limit_of
+from tendon_cli.studies.space.space import Space
+from tendon_cli.tables.schema import finite_or_none
+from tendon_cli.verbs.answer_record import (
+    AnswerResults,
+    AssumedRecord,
+    BetweenSamples,
+    ChecksRecord,
+    ChoiceCertificate,
+    ChoiceRecord,
+    ConflictRecord,
+    ListedRecord,
+    SensitivityRecord,
+    TradeOffRecord,
+    Values,
+)
 
 _MOST_LISTED = 100
 """Most pretensions of a list that are judged one by one."""

@@ -7,19 +7,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from tendon_cli import say
-from tendon_cli.answer_record import (
+from tendon_cli.answers.phrases import value_words
+from tendon_cli.quantities import AS_READ as COLUMNS_AS_READ
+from tendon_cli.quantities import QUANTITIES, Quantity, in_unit_of_reading
+from tendon_cli.studies.space.axis import evenly_spaced
+from tendon_cli.studies.study import keys
+from tendon_cli.verbs.answer_record import (
     AnswerResults,
     ChoiceRecord,
     QuestionRecord,
     SuitRecord,
     value_of,
 )
-from tendon_cli.answers.phrases import value_words
-from tendon_cli.quantities import AS_READ as COLUMNS_AS_READ
-from tendon_cli.quantities import QUANTITIES, Quantity, in_unit_of_reading
-from tendon_cli.space.axis import evenly_spaced
-from tendon_cli.studies.study import keys
-from tendon_cli.typed_record import AS_READ, Record, RecordField, fields_of
+from tendon_cli.verbs.typed_record import AS_READ, Record, RecordField, fields_of
 
 _SECTIONS = {
     "best": "The choice named first",

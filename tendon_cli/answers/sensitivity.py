@@ -12,8 +12,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from tendon_cli.answer_record import IndexRecord, SensitivityRecord, SobolRecord
 from tendon_cli.answers.phrases import input_words
+from tendon_cli.engine.windows.coverage import normalise
+from tendon_cli.engine.windows.points import Points
+from tendon_cli.engine.windows.question import Question, cost_per_design
+from tendon_cli.engine.windows.solutions import (
+    ENDS,
+    WINDOWS_AT_ONCE,
+    Binding,
+    End,
+    Solutions,
+    solve_windows,
+)
+from tendon_cli.engine.windows.solver import Solver
 from tendon_cli.model.bounds import Bounds, limit_end
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Spline
@@ -22,7 +33,8 @@ from tendon_cli.model.limits import PRETENSION as LIMIT_PRETENSION
 from tendon_cli.model.moving import Moving
 from tendon_cli.model.power_window import power_excess
 from tendon_cli.model.setting import pretension_of, reading_at
-from tendon_cli.space.axis import (
+from tendon_cli.studies.answer_draws import drawn_numbers
+from tendon_cli.studies.space.axis import (
     DRAW_AXIS,
     LIMIT,
     PERSON_AXIS,
@@ -34,22 +46,10 @@ from tendon_cli.space.axis import (
     limit_of,
     of_side,
 )
-from tendon_cli.space.space import Space
-from tendon_cli.studies.answer_draws import drawn_numbers
+from tendon_cli.studies.space.space import Space
 from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import quantile
-from tendon_cli.windows.coverage import normalise
-from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import Question, cost_per_design
-from tendon_cli.windows.solutions import (
-    ENDS,
-    WINDOWS_AT_ONCE,
-    Binding,
-    End,
-    Solutions,
-    solve_windows,
-)
-from tendon_cli.windows.solver import Solver
+from tendon_cli.verbs.answer_record import IndexRecord, SensitivityRecord, SobolRecord
 
 _STEP = 1e-30
 """Imaginary step of a complex-step derivative: nothing cancels, so that it may be tiny."""

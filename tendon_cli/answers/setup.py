@@ -8,8 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from tendon_cli.answer_record import DriftRecord, SettingRecord
 from tendon_cli.answers.text_bench import SET_AT_JOINT, SET_AT_MOTOR
+from tendon_cli.engine.windows.question import Question
+from tendon_cli.engine.windows.solutions import Solutions
+from tendon_cli.engine.windows.study_arm import of_designs, study_arm, tension_per_length
+from tendon_cli.engine.windows.verification import Verified
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES
@@ -18,10 +21,7 @@ from tendon_cli.model.setting import all_readings, pretension_per_length
 from tendon_cli.quantities import SIDES
 from tendon_cli.studies.spaces import wearer_axis
 from tendon_cli.tables.schema import finite_or_none
-from tendon_cli.windows.question import Question
-from tendon_cli.windows.solutions import Solutions
-from tendon_cli.windows.study_arm import of_designs, study_arm, tension_per_length
-from tendon_cli.windows.verification import Verified
+from tendon_cli.verbs.answer_record import DriftRecord, SettingRecord
 
 SETTING_COLUMNS = (*SET_AT_JOINT, *SET_AT_MOTOR)
 """Columns of the tensions to set, at the joint and at the motor, N."""

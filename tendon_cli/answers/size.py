@@ -10,8 +10,8 @@ from tendon_cli.answers.choices import Choices
 from tendon_cli.answers.notes import notes_of
 from tendon_cli.engine.folder import free_bytes
 from tendon_cli.proof.subdivision import most_cells
-from tendon_cli.space.axis import SAMPLE_AXES, NamedAxis
 from tendon_cli.studies.axis_words import name_words
+from tendon_cli.studies.space.axis import SAMPLE_AXES, NamedAxis
 from tendon_cli.studies.study import Study
 
 _COMPRESSION = 0.5

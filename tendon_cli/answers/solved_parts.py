@@ -11,11 +11,11 @@ from typing import Any
 
 import pyarrow as pa
 
+from tendon_cli.engine.windows.by_choice import ColumnArrays
+from tendon_cli.engine.windows.points import Points
+from tendon_cli.engine.windows.solutions import ENDS, Binding, Solutions
+from tendon_cli.engine.windows.worst import OF_STATES, Worst
 from tendon_cli.tables.schema import Column, Kind, stored_values
-from tendon_cli.windows.by_choice import ColumnArrays
-from tendon_cli.windows.points import Points
-from tendon_cli.windows.solutions import ENDS, Binding, Solutions
-from tendon_cli.windows.worst import OF_STATES, Worst
 
 _NESTED = ("points", "from_binding", "to_binding", "worst")
 _OWN = tuple(field.name for field in fields(Solutions) if field.name not in _NESTED)

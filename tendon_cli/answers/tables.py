@@ -11,8 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli import say
-from tendon_cli.answer_record import ChoiceRecord
 from tendon_cli.answers.people import GroupWindows, people_of
 from tendon_cli.answers.setup import SETTING_COLUMNS, settings
 from tendon_cli.answers.text_bench import SET_AT_JOINT
@@ -22,24 +20,26 @@ from tendon_cli.engine.table_columns import (
     carried_columns,
     columns_set_by_names,
 )
+from tendon_cli.engine.windows.advice import ADVICE
+from tendon_cli.engine.windows.by_choice import ColumnArrays
+from tendon_cli.engine.windows.coverage import share_served
+from tendon_cli.engine.windows.points import Points, set_by_names
+from tendon_cli.engine.windows.question import Question, column_read
+from tendon_cli.engine.windows.solutions import ENDS, End, Solutions
+from tendon_cli.engine.windows.study_arm import own_f0, study_arm
+from tendon_cli.engine.windows.worst import WORST
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.design import F0
 from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.quantities import QUANTITIES, bound_name, unit_of_reading
-from tendon_cli.space.axis import Axis
-from tendon_cli.space.space import Space
+from tendon_cli.studies import limit_phrases
+from tendon_cli.studies.space.axis import Axis
+from tendon_cli.studies.space.space import Space
 from tendon_cli.studies.values import RIGID
 from tendon_cli.tables.schema import Column, finite_or_none
-from tendon_cli.typed_record import to_json
-from tendon_cli.windows.advice import ADVICE
-from tendon_cli.windows.by_choice import ColumnArrays
-from tendon_cli.windows.coverage import share_served
-from tendon_cli.windows.points import Points, set_by_names
-from tendon_cli.windows.question import Question, column_read
-from tendon_cli.windows.solutions import ENDS, End, Solutions
-from tendon_cli.windows.study_arm import own_f0, study_arm
-from tendon_cli.windows.worst import WORST
+from tendon_cli.verbs.answer_record import ChoiceRecord
+from tendon_cli.verbs.typed_record import to_json
 
 _LIMITS = ("", *LIMIT_NAMES)
 """Names of limits by their code plus one, because the code NOTHING is -1."""
@@ -107,7 +107,7 @@ def _solved_columns(question: Question) -> tuple[Column, ...]:
             "text",
             "1",
             "whether the window is proved between the samples",
-            choices=say.STATUSES,
+            choices=limit_phrases.STATUSES,
         ),
         Column(
             "feasible",

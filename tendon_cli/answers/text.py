@@ -8,16 +8,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answer_record import (
-    AnswerResults,
-    ChoiceRecord,
-    ConflictRecord,
-    QuestionRecord,
-    SettingRecord,
-    VerifiedRecord,
-    as_read,
-    value_of,
-)
 from tendon_cli.answers import phrases
 from tendon_cli.answers.phrases import (
     ends_of,
@@ -62,8 +52,19 @@ from tendon_cli.answers.text_parts import (
     short_parts,
 )
 from tendon_cli.say import Clause, Section
-from tendon_cli.space.axis import PERSON_AXIS
+from tendon_cli.studies import limit_phrases
 from tendon_cli.studies.axis_words import parameter
+from tendon_cli.studies.space.axis import PERSON_AXIS
+from tendon_cli.verbs.answer_record import (
+    AnswerResults,
+    ChoiceRecord,
+    ConflictRecord,
+    QuestionRecord,
+    SettingRecord,
+    VerifiedRecord,
+    as_read,
+    value_of,
+)
 
 _ALL_LINES = 1000
 """Lines that no answer needs."""
@@ -208,7 +209,7 @@ def _rests_on(record: AnswerResults, best: ChoiceRecord) -> Iterator[Clause]:
         whom = phrases.everyone(population.counts, population.count, population.kind)
     is_judged_anew = record.verified_by is not None
     if between is not None:
-        proof = say.proof_sentence(between).rstrip(".")
+        proof = limit_phrases.proof_sentence(between).rstrip(".")
         of_sample = ""
         if is_judged_anew:
             of_sample = f" of {phrases.own_sample(question)}"

@@ -6,9 +6,14 @@ import math
 from collections.abc import Sequence
 
 from tendon_cli import say
-from tendon_cli.answer_record import AnswerResults, AssumedRecord, ChoiceRecord, QuestionRecord
-from tendon_cli.space.axis import split_side
+from tendon_cli.studies.space.axis import split_side
 from tendon_cli.studies.study import keys
+from tendon_cli.verbs.answer_record import (
+    AnswerResults,
+    AssumedRecord,
+    ChoiceRecord,
+    QuestionRecord,
+)
 
 _MOST_NAMED = 3
 """Most numbers that are named."""

@@ -7,7 +7,20 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from tendon_cli import say
-from tendon_cli.answer_record import (
+from tendon_cli.answers.phrases import (
+    choice_words,
+    ends_of,
+    population_share,
+    pretension_words,
+    share_words,
+    value_words,
+    window_of,
+)
+from tendon_cli.studies import limit_phrases
+from tendon_cli.studies.space.axis import NAMED_AXES, PERSON_AXIS, limit_of, split_side
+from tendon_cli.studies.study import keys
+from tendon_cli.studies.values import RIGID
+from tendon_cli.verbs.answer_record import (
     AnswerResults,
     AxisRecord,
     ChoiceRecord,
@@ -19,18 +32,6 @@ from tendon_cli.answer_record import (
     Value,
     value_of,
 )
-from tendon_cli.answers.phrases import (
-    choice_words,
-    ends_of,
-    population_share,
-    pretension_words,
-    share_words,
-    value_words,
-    window_of,
-)
-from tendon_cli.space.axis import NAMED_AXES, PERSON_AXIS, limit_of, split_side
-from tendon_cli.studies.study import keys
-from tendon_cli.studies.values import RIGID
 
 _MOST_AXES = 5
 """Most values by which a choice is named."""
@@ -119,7 +120,7 @@ def _part_words(axis: AxisRecord, value: Value) -> tuple[str, bool, bool]:
         return value_words(axis, value), False, False
     if limit is not None:
         read = axis.read or "pretension"
-        return say.limit_of_so_much(limit, float(value), read), False, False
+        return limit_phrases.limit_of_so_much(limit, float(value), read), False, False
     if common == "spring.stiffness":
         is_rigid = value == RIGID or math.isinf(float(value))
         number = "" if is_rigid else f" of {say.quantity('spring_stiffness', float(value))}"

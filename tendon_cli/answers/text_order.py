@@ -6,17 +6,18 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from tendon_cli import say
-from tendon_cli.answer_record import (
+from tendon_cli.answers.phrases import carried_words, choice_words, window_of
+from tendon_cli.quantities import QUANTITIES
+from tendon_cli.studies import limit_phrases
+from tendon_cli.studies.space.axis import limit_of
+from tendon_cli.studies.study import keys
+from tendon_cli.verbs.answer_record import (
     AnswerResults,
     DecisionRecord,
     GoalRecord,
     QuestionRecord,
     value_of,
 )
-from tendon_cli.answers.phrases import carried_words, choice_words, window_of
-from tendon_cli.quantities import QUANTITIES
-from tendon_cli.space.axis import limit_of
-from tendon_cli.studies.study import keys
 
 _KEPT = {
     "built": "can be built",
@@ -267,5 +268,5 @@ def symbol_of_axis(key: str) -> str:
     """Say the number of an axis by its symbol, a limit in words, a named axis by its name."""
     limit = limit_of(key)
     if limit is not None:
-        return say.limit_on(limit)
+        return limit_phrases.limit_on(limit)
     return keys()[key].quantity.symbol if key in keys() else key

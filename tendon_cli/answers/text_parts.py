@@ -7,7 +7,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from tendon_cli import say
-from tendon_cli.answer_record import (
+from tendon_cli.answers.phrases import COSTS, costs, share_words, value_words
+from tendon_cli.studies.axis_words import parameter
+from tendon_cli.studies.study import keys
+from tendon_cli.verbs.answer_record import (
     AnswerResults,
     FailingPart,
     FixRecord,
@@ -20,9 +23,6 @@ from tendon_cli.answer_record import (
     SpringRecord,
     StrapRecord,
 )
-from tendon_cli.answers.phrases import COSTS, costs, share_words, value_words
-from tendon_cli.studies.axis_words import parameter
-from tendon_cli.studies.study import keys
 
 _SURELY = 1.0 + 1e-9
 """Factor by which a value must be beyond a bound to be so in spite of rounding."""

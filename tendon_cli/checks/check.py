@@ -29,9 +29,9 @@ from tendon_cli.model.actuator import State
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.motor import motor_rates
-from tendon_cli.registry import load
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import as_numpy
+from tendon_cli.verbs.registry import load
 
 
 def check(

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tendon_cli import say
-from tendon_cli.answer_record import as_answer, as_read, holds
 from tendon_cli.answers.text import first_words
 from tendon_cli.checks.check_text import NEGATIVE, CheckResult, finite
 from tendon_cli.engine.results import Result
-from tendon_cli.typed_record import to_json
+from tendon_cli.verbs.answer_record import as_answer, as_read, holds
+from tendon_cli.verbs.typed_record import to_json
 
 
 def check_answer(answer: Result, _worst: int) -> CheckResult:

@@ -13,11 +13,11 @@ from tendon_cli.checks.compare import VERSION, compared
 from tendon_cli.checks.compare_text import digits_of, move_words, value_words
 from tendon_cli.checks.compared import Compared, Number
 from tendon_cli.engine.results import Result
+from tendon_cli.engine.study_differences import Difference
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.json_schema import key_words
 from tendon_cli.studies.study import Study
-from tendon_cli.studies.study_differences import Difference
 from tendon_cli.units import shorten
 
 TOLERANCE = 1e-9

@@ -12,17 +12,17 @@ from tendon_cli import say
 from tendon_cli.checks.compare_text import comparison_blocks, comparison_markdown, verdict_words
 from tendon_cli.checks.compared import Compared, ComparedResult, Value
 from tendon_cli.engine.results import AnyResult, Result, open_result
-from tendon_cli.errors import InputError, UsageError
-from tendon_cli.files import result_path
-from tendon_cli.registry import load
-from tendon_cli.say import Block
-from tendon_cli.say.display import Displayed
-from tendon_cli.studies.study_differences import (
+from tendon_cli.engine.study_differences import (
     CHANGES_NOTHING,
     Difference,
     study_differences,
 )
+from tendon_cli.errors import InputError, UsageError
+from tendon_cli.files import result_path
+from tendon_cli.say import Block
+from tendon_cli.say.display import Displayed
 from tendon_cli.units import shorten
+from tendon_cli.verbs.registry import load
 
 VERSION = "version"
 """Key under which the versions of tendon that wrote two results differ."""

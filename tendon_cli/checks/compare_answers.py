@@ -14,7 +14,6 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, as_read, named_first, row_as_read
 from tendon_cli.answers import phrases
 from tendon_cli.answers.answer import Answer
 from tendon_cli.answers.choice_rows import choice_in_row, same_choice
@@ -40,10 +39,17 @@ from tendon_cli.checks.compared import (
     better_of,
     judge,
 )
+from tendon_cli.engine.study_differences import Difference
 from tendon_cli.quantities import AS_READ, QUANTITIES, in_unit_of_reading
 from tendon_cli.studies.axis_words import parameter
 from tendon_cli.studies.contents import keys
-from tendon_cli.studies.study_differences import Difference
+from tendon_cli.verbs.answer_record import (
+    AnswerRecord,
+    ChoiceRecord,
+    as_read,
+    named_first,
+    row_as_read,
+)
 
 Members: TypeAlias = dict[tuple[Any, ...], dict[str, Any]]
 """Rows of an answer's own sample, persons or draws: by the name, then all that is known of each."""

@@ -22,10 +22,10 @@ from tendon_cli.checks.compared import (
 from tendon_cli.checks.table_pair import FLAGS, TablePair
 from tendon_cli.cube.cube import cube_in
 from tendon_cli.engine.results import Run
+from tendon_cli.engine.study_differences import Difference
 from tendon_cli.errors import UsageError
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.quantities import QUANTITIES, unit_of_reading
-from tendon_cli.studies.study_differences import Difference
 from tendon_cli.tables.schema import finite_or_none
 
 

@@ -12,8 +12,8 @@ import numpy as np
 from tendon_cli.checks.check_text import finite
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.engine.results import Result
+from tendon_cli.engine.study_differences import Difference
 from tendon_cli.model.kinematics import Array
-from tendon_cli.studies.study_differences import Difference
 
 Judgement: TypeAlias = Literal["better", "worse", "no difference"]
 """Judgement on the second result beside the first."""

@@ -25,7 +25,7 @@ from tendon_cli.quantities import (
     OF_STATES,
     OF_TRAJECTORIES,
 )
-from tendon_cli.space.axis import Axis
+from tendon_cli.studies.space.axis import Axis
 from tendon_cli.studies.study import Study
 
 FLAGS = ("status", *JUDGEMENTS)

@@ -82,14 +82,14 @@ def keys() -> list[Any]:
 
 def templates() -> list[Any]:
     """Return the questions that a study can start from."""
-    from tendon_cli.studies.starter import TEMPLATES
+    from tendon_cli.commands.starter import TEMPLATES
 
     return list(TEMPLATES.items())
 
 
 def tables(ctx: typer.Context) -> list[Any]:
     """Return the tables of the folder or the study that the line names, or else of every kind."""
-    from tendon_cli.registry import table_kinds, tables_of
+    from tendon_cli.verbs.registry import table_kinds, tables_of
 
     source = _source(ctx)
     if source is not None and source.suffix.lower() in (".toml", ".yaml", ".yml"):
@@ -166,7 +166,7 @@ def _columns_of_table(ctx: typer.Context) -> dict[str, str]:
     if source is None:
         return {}
     from tendon_cli.cube.source import file_of, table_in
-    from tendon_cli.registry import tables_of
+    from tendon_cli.verbs.registry import tables_of
 
     table = ctx.params.get("table")
     names: list[Any] = [table]

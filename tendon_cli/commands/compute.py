@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-import tendon_cli as tendon
 from tendon_cli.commands import options
 from tendon_cli.commands.startup import keep_freed_memory, stopped_by_signals
 from tendon_cli.errors import EXIT_NEGATIVE, UsageError
-from tendon_cli.registry import TaskKind
 from tendon_cli.terminal import can_ask, is_confirmed, print_note, print_result, progress
+from tendon_cli.verbs.registry import TaskKind
 
 if TYPE_CHECKING:
     from tendon_cli.engine.task import Task
@@ -111,7 +110,9 @@ def _compute(
     all_settings = list(settings or ())
     if kind.setting is not None and texts:
         all_settings.append(f"{kind.setting.key}={json.dumps(texts)}")
-    loaded = tendon.study(study, all_settings)
+    from tendon_cli.studies.load import any_study
+
+    loaded = any_study(study, all_settings)
     folder = out or Path("results", f"{loaded.name}{kind.suffix}")
     if dry_run:
         record, text = face.size(kind.verb, loaded, folder, jobs, not no_figures)

@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-import tendon_cli as tendon
 from tendon_cli.commands import options
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.terminal import print_note, print_result
@@ -91,7 +90,9 @@ def fit_friction(
 ) -> None:
     """Fit the friction coefficient, with its uncertainty, to the readings of two load cells."""
     _check_outputs((*csv, route), plot, out, strokes, overwrite=overwrite)
-    fit = tendon.fit_friction(
+    from tendon_cli.fits.friction.fit import fit_friction as fit_readings
+
+    fit = fit_readings(
         csv,
         bend_angle,
         route=route,

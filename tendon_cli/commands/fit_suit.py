@@ -36,7 +36,6 @@ def fit_suit(
     as_json: options.JsonOption = False,
 ) -> None:
     """Fit a suit's friction, pretension and stiffnesses to logs of its own motor and joint."""
-    import tendon_cli as tendon
     from tendon_cli import say
     from tendon_cli.files import check_output, is_figure
     from tendon_cli.fits.suit.suit_result import (
@@ -53,7 +52,10 @@ def fit_suit(
             problem = f"{file.name} is an input and would be overwritten"
             raise UsageError(problem, where=option, hint="choose another name")
         check_output(file, is_ours, overwrite=overwrite)
-    fit = tendon.fit_suit(tendon.study(study, settings or ()), logs)
+    from tendon_cli.fits.suit.suit_fitting import fit_suit as fit_logs
+    from tendon_cli.studies.load import any_study
+
+    fit = fit_logs(any_study(study, settings or ()), logs)
     # What stands there is read before it is replaced.
     sources = say.join_words([log.source for log in fit.selection.logs])
     said = [

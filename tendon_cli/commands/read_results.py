@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-import tendon_cli as tendon
 from tendon_cli.answers.design_kind import DESIGN
 from tendon_cli.commands import completion, options
 from tendon_cli.errors import EXIT_NEGATIVE, InputError, UsageError
@@ -97,7 +96,9 @@ def check(
         given = "--except" if tolerance is None else "--tolerance"
         raise UsageError(f"{given} is for a comparison", hint="--baseline names the other run")
     tolerance = TOLERANCE if tolerance is None else tolerance
-    checked = tendon.check(run, baseline, tolerance=tolerance, apart=apart or (), worst=worst)
+    from tendon_cli.checks.check import check as check_results
+
+    checked = check_results(run, baseline, tolerance=tolerance, apart=apart or (), worst=worst)
     text = as_markdown(checked.text, checked.verdict) if markdown else checked.text
     print_result(checked.record if as_json else text)
     if not checked.holds:
@@ -143,7 +144,9 @@ def compare(
     from tendon_cli.face import write_comparison
 
     options.refuse_both("--json", as_json, "--markdown", markdown)
-    compared = tendon.compare(*results, choice=choice)
+    from tendon_cli.checks.compare import compare_results
+
+    compared = compare_results(*results, choice=choice)
     if html is not None:
         write_comparison(compared, html, overwrite=overwrite)
     text = compared.markdown if markdown else compared.text
@@ -163,7 +166,9 @@ def report(
     as_json: options.JsonOption = False,
 ) -> None:
     """Write one HTML page with everything that a run or an answer holds."""
-    written = str(tendon.report(run, out, overwrite=overwrite))
+    from tendon_cli.reports.report import write_report
+
+    written = str(write_report(run, out, overwrite=overwrite))
     print_result({"report": written} if as_json else written)
 
 
@@ -482,7 +487,7 @@ RoundOption = Annotated[
 def _export_choice(source: Path, to: str, file: Path, choice: int | None, overwrite: bool) -> Path:
     """Write the choice of an answer for another tool; raise InputError if it is no answer."""
     from tendon_cli.engine.results import open_result
-    from tendon_cli.registry import load
+    from tendon_cli.verbs.registry import load
 
     result = open_result(source)
     if not result.kind.export:

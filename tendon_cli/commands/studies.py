@@ -5,7 +5,6 @@ from typing import Annotated
 
 import typer
 
-import tendon_cli as tendon
 from tendon_cli.commands import completion, options
 from tendon_cli.errors import EXIT_NEGATIVE
 from tendon_cli.terminal import print_result
@@ -53,7 +52,7 @@ def init(
     schema: SchemaOption = False,
 ) -> None:
     """Write a commented study to start from, or copy one from the documentation."""
-    from tendon_cli.studies import starter
+    from tendon_cli.commands import starter
 
     if listed:
         questions = [f"  {name:<10} {question}" for name, question in starter.TEMPLATES.items()]
@@ -112,8 +111,12 @@ def state(
     as_json: options.JsonOption = False,
 ) -> None:
     """Work out one state line by line, with the numbers of every equation, to check by hand."""
-    loaded = tendon.study(study, settings or ())
-    page = tendon.state(
+    from tendon_cli.studies.load import any_study
+
+    loaded = any_study(study, settings or ())
+    from tendon_cli.state_page.page import state_page
+
+    page = state_page(
         loaded,
         case,
         person,

@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model.kinematics import Rows
-from tendon_cli.space.axis import Axis, evenly_spaced, split_side
-from tendon_cli.space.space import Space
 from tendon_cli.studies.contents import column_of
 from tendon_cli.studies.model_words import WORDS_OF
+from tendon_cli.studies.space.axis import Axis, evenly_spaced, split_side
+from tendon_cli.studies.space.space import Space
 from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import Study
 

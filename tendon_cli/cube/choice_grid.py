@@ -10,17 +10,18 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, CurvesRecord
 from tendon_cli.cube.axes import ANGLE, TIME
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import drawn_name, reading
 from tendon_cli.errors import InputError
 from tendon_cli.model.kinematics import Array, Flags, Rows
-from tendon_cli.space.axis import Axis
+from tendon_cli.studies import limit_phrases
 from tendon_cli.studies.fields import hint_at_nearest
+from tendon_cli.studies.space.axis import Axis
 from tendon_cli.studies.values import RIGID
 from tendon_cli.units import shorten
+from tendon_cli.verbs.answer_record import AnswerRecord, ChoiceRecord, CurvesRecord
 
 
 def position(axis: Axis, value: Any) -> Rows:
@@ -57,7 +58,7 @@ def upper_ends(low: ColumnArray, high: ColumnArray) -> ColumnArray:
     return np.where(np.isnan(high) & ~np.isnan(low), np.inf, high)
 
 
-def conflicts_of(read: Mapping[str, ColumnArray], bounds: say.LimitValues) -> ColumnArray:
+def conflicts_of(read: Mapping[str, ColumnArray], bounds: limit_phrases.LimitValues) -> ColumnArray:
     """Say for each choice why it has no window; empty if it has one.
 
     Args:
@@ -81,7 +82,7 @@ def conflicts_of(read: Mapping[str, ColumnArray], bounds: say.LimitValues) -> Co
         elif high[place] < 0.0:
             # No pretension at all keeps the upper limit, so that the lower one does not matter.
             limits = limits[-1:]
-        texts[place] = say.conflict_label(limits, bounds) if limits else "no window"
+        texts[place] = limit_phrases.conflict_label(limits, bounds) if limits else "no window"
     return texts
 
 
@@ -185,7 +186,7 @@ def over_motion(record: AnswerRecord) -> OverMotion | None:
         ),
         window=(low, high),
         top=top,
-        texts=(say.proof_sentence(between), scope),
+        texts=(limit_phrases.proof_sentence(between), scope),
         works=works,
     )
 

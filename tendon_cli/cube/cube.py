@@ -29,16 +29,16 @@ from tendon_cli.engine.sweep_kind import DEFINING, SWEEP
 from tendon_cli.errors import InputError, TendonError, UsageError
 from tendon_cli.model.kinematics import Rows
 from tendon_cli.quantities import SIDES, Quantity, bound_name
-from tendon_cli.registry import load, table_kinds
-from tendon_cli.space.axis import SLACK, Axis
 from tendon_cli.studies.answer_draws import READ_WHERE_DRAWN
 from tendon_cli.studies.filters import Condition, Filter
 from tendon_cli.studies.load import recorded_study
+from tendon_cli.studies.space.axis import SLACK, Axis
 from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import AnyTable, TableInMemory
 from tendon_cli.tables.schema import as_numpy
 from tendon_cli.units import shorten
+from tendon_cli.verbs.registry import load, table_kinds
 
 _SLACK_LENGTHS = ("flexor_slack", "extensor_slack", "max_slack")
 _LARGEST = 1e150

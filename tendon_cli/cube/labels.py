@@ -21,9 +21,9 @@ from tendon_cli.quantities import (
     in_unit_of_reading,
     unit_of_reading,
 )
-from tendon_cli.space.axis import Axis, NamedAxis
 from tendon_cli.studies.axis_words import told_words
 from tendon_cli.studies.contents import column_of, keys
+from tendon_cli.studies.space.axis import Axis, NamedAxis
 from tendon_cli.units import factor_of
 
 INPUT = r"\mathit{I}"

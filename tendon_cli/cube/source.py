@@ -18,8 +18,6 @@ from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import read_input
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.registry import record_names, table_kinds, tables_of
-from tendon_cli.space.axis import split_side
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.figures import OF_STATES
 from tendon_cli.studies.file_content import MAX_BYTES as MAX_PEOPLE_BYTES
@@ -27,10 +25,12 @@ from tendon_cli.studies.load import load_study
 from tendon_cli.studies.model_words import WORDS_OF
 from tendon_cli.studies.people.persons_csv import read_persons
 from tendon_cli.studies.row_table import NAME, RowTable, carried_cells
+from tendon_cli.studies.space.axis import split_side
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.tables.read import AnyTable, TableInMemory, open_table, records_in
 from tendon_cli.tables.schema import Column
 from tendon_cli.units import SI_UNIT, shorten
+from tendon_cli.verbs.registry import record_names, table_kinds, tables_of
 from tendon_cli.version import RESULTS_VERSION
 
 STUDY_FILES = (".toml", ".yaml", ".yml")

@@ -13,8 +13,8 @@ from tendon_cli.engine.folder import free_bytes
 from tendon_cli.engine.plan import STATES_PER_PART, Plan
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.engine.threads import available_cores
-from tendon_cli.space.axis import Axis
 from tendon_cli.studies.axis_words import name_words
+from tendon_cli.studies.space.axis import Axis
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.tables.schema import ROW_GROUP
 from tendon_cli.tables.write import RowGroups

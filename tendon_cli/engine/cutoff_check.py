@@ -12,11 +12,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from tendon_cli.answer_record import CutoffCheck
 from tendon_cli.engine.plan import Plan
 from tendon_cli.model.design import Design
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import finite_or_none
+from tendon_cli.verbs.answer_record import CutoffCheck
 
 _CHANGES = 0.1
 """Share by which a peak must change to be decided by the cutoff."""

@@ -27,9 +27,9 @@ from tendon_cli.engine.records import (
 from tendon_cli.engine.task import PartResult, Task
 from tendon_cli.errors import FolderError, OutputError, SizeError, WorkersLostError
 from tendon_cli.files import LOCK, OF_A_RUN, open_file, output_errors, study_hash_in
-from tendon_cli.registry import UNFINISHED, record_names, tables_in_folders
 from tendon_cli.tables.footer import Origin, read_footer, read_whole
 from tendon_cli.tables.write import WrittenFile
+from tendon_cli.verbs.registry import UNFINISHED, record_names, tables_in_folders
 from tendon_cli.version import reader_of
 
 _OLD_JOURNAL = "journal.jsonl"

@@ -25,7 +25,7 @@ from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import EXTENSOR_SLACK, FLEXOR_SLACK, LIMITS
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.model.window import Window, drop_state_axes
-from tendon_cli.space.axis import PRETENSION, limit_of
+from tendon_cli.studies.space.axis import PRETENSION, limit_of
 
 if TYPE_CHECKING:
     from tendon_cli.model.moving import Moving

@@ -24,9 +24,9 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags, Real
 from tendon_cli.model.limits import ADDED, LIMITS
 from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES
-from tendon_cli.space.axis import Axis
-from tendon_cli.space.space import Space
 from tendon_cli.studies.checks import is_stated
+from tendon_cli.studies.space.axis import Axis
+from tendon_cli.studies.space.space import Space
 from tendon_cli.studies.spaces import lengths_of, space_of
 from tendon_cli.studies.study import Study
 

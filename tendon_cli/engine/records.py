@@ -10,12 +10,12 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from tendon_cli.engine.study_differences import study_differences
 from tendon_cli.errors import FolderError
 from tendon_cli.files import read_file, write_whole
-from tendon_cli.registry import TaskKind, kind_of, kinds, load, tables_in_folders
 from tendon_cli.studies.study import Study
-from tendon_cli.studies.study_differences import study_differences
 from tendon_cli.tables.digest import file_sha256
+from tendon_cli.verbs.registry import TaskKind, kind_of, kinds, load, tables_in_folders
 from tendon_cli.version import RESULTS_VERSION, reader_of
 
 FIGURE_FILE = re.compile(r"[\w-][\w.-]*\.(png|svg|pdf)")

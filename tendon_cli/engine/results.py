@@ -15,7 +15,6 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.answer_record import ChecksRecord
 from tendon_cli.engine.folder import look
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.records import damaged_files
@@ -24,11 +23,12 @@ from tendon_cli.engine.table_columns import PlanColumns
 from tendon_cli.errors import FolderError, InputError, UsageError, install_hint
 from tendon_cli.files import STUDIES, kind_of_file, result_path
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.registry import TaskKind, by_name, kind_of, kinds, load, record_names
 from tendon_cli.say.display import Displayed
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.tables.read import TableFiles, check_version, open_table
+from tendon_cli.verbs.answer_record import ChecksRecord
+from tendon_cli.verbs.registry import TaskKind, by_name, kind_of, kinds, load, record_names
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -28,12 +28,12 @@ from tendon_cli.engine.sweep_kind import SWEEP
 from tendon_cli.engine.table_columns import PlanColumns
 from tendon_cli.engine.task import Note, Task
 from tendon_cli.say import few, share
-from tendon_cli.space.axis import SLACK
 from tendon_cli.studies.checks import without_intervals
+from tendon_cli.studies.space.axis import SLACK
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column, TableLayout
 from tendon_cli.tables.write import Filler, RowTarget
-from tendon_cli.typed_record import to_json
+from tendon_cli.verbs.typed_record import to_json
 
 LeadingValues: TypeAlias = Mapping[str, npt.NDArray[Any]]
 """Values of the columns that say which design, or which state, a row is."""

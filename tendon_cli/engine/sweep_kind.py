@@ -1,6 +1,6 @@
 """Kind of the task of a sweep: record, tables, who runs, checks and draws it."""
 
-from tendon_cli.registry import FlagOption, TableKind, TaskKind
+from tendon_cli.verbs.registry import FlagOption, TableKind, TaskKind
 
 DEFINING = (
     "pretension",

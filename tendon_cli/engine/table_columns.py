@@ -27,11 +27,11 @@ from tendon_cli.quantities import (
     bound_name,
     unit_of_reading,
 )
-from tendon_cli.space.axis import SLACK, Axis, Varying, of_side, split_side
-from tendon_cli.space.space import ANCHORS, Carried, Space
 from tendon_cli.studies.axis_words import axis_meaning
 from tendon_cli.studies.contents import column_of
 from tendon_cli.studies.model_words import KEYS_OF_WORDS, WORDS_OF
+from tendon_cli.studies.space.axis import SLACK, Axis, Varying, of_side, split_side
+from tendon_cli.studies.space.space import ANCHORS, Carried, Space
 from tendon_cli.studies.study import keys
 from tendon_cli.tables.schema import Column, Kind
 

@@ -17,7 +17,6 @@ import pyarrow as pa
 
 from tendon_cli.errors import Stopped
 from tendon_cli.files import OF_A_RUN
-from tendon_cli.registry import UNFINISHED, TaskKind
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.footer import Origin
 from tendon_cli.tables.read import TableFiles
@@ -30,6 +29,7 @@ from tendon_cli.tables.write import (
     WrittenFile,
     table_file,
 )
+from tendon_cli.verbs.registry import UNFINISHED, TaskKind
 from tendon_cli.version import RESULTS_VERSION
 
 _BYTES_PER_VALUE = 8

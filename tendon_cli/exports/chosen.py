@@ -8,17 +8,17 @@ from typing import Any, Self
 
 import numpy as np
 
-from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, named_first
 from tendon_cli.answers.answer import Answer
 from tendon_cli.answers.choice_rows import choice_in_row
 from tendon_cli.answers.text_bench import suit_words
+from tendon_cli.engine.windows.points import Points
+from tendon_cli.engine.windows.question import Question, question_of
+from tendon_cli.engine.windows.study_arm import as_read
 from tendon_cli.errors import UsageError
 from tendon_cli.model.design import Design
-from tendon_cli.space.axis import SAMPLE_AXES, Numbers
-from tendon_cli.space.space import Space
-from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import Question, question_of
-from tendon_cli.windows.study_arm import as_read
+from tendon_cli.studies.space.axis import SAMPLE_AXES, Numbers
+from tendon_cli.studies.space.space import Space
+from tendon_cli.verbs.answer_record import AnswerRecord, ChoiceRecord, named_first
 
 LOAD = "load.mass"
 

@@ -10,17 +10,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answer_record import value_of
 from tendon_cli.exports.chosen import ChosenSuit, scalar
 from tendon_cli.files import write_csv_rows
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Spline
 from tendon_cli.quantities import AS_READ, QUANTITIES, SIDES, in_unit_of_reading
-from tendon_cli.space.axis import PRETENSION, NamedAxis
 from tendon_cli.studies.contents import column_of, keys
+from tendon_cli.studies.space.axis import PRETENSION, NamedAxis
 from tendon_cli.studies.study import Study
 from tendon_cli.units import shorten
+from tendon_cli.verbs.answer_record import value_of
 from tendon_cli.version import __version__
 
 CONTROLLER_MARK = "direction (1 flexion; -1 extension),"

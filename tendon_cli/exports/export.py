@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 from tendon_cli.answers.answer import Answer
-from tendon_cli.call_options import check_types
 from tendon_cli.errors import UsageError
 from tendon_cli.exports.chosen import ChosenSuit
 from tendon_cli.exports.csv_files import (
@@ -23,6 +22,7 @@ from tendon_cli.exports.order_list import ORDER_MARK, order_csv
 from tendon_cli.files import Recogniser, begins_with, result_path, write_output
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.units import described, shorten
+from tendon_cli.verbs.call_options import check_types
 
 
 class ExportForm(NamedTuple):

@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from tendon_cli import say
-from tendon_cli.answer_record import PartsRecord, value_of
 from tendon_cli.answers.text_parts import short_parts
 from tendon_cli.errors import UsageError
 from tendon_cli.exports.chosen import ChosenSuit, scalar
 from tendon_cli.files import write_csv_rows
-from tendon_cli.space.axis import NamedAxis
+from tendon_cli.studies.space.axis import NamedAxis
+from tendon_cli.verbs.answer_record import PartsRecord, value_of
 
 ORDER_MARK = "part,quantity,supplier,number,price,currency,remark"
 """First line of an order list."""

@@ -10,15 +10,6 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answer_record import (
-    AnswerRecord,
-    ChoiceRecord,
-    TradeOffRecord,
-    as_answer,
-    as_read,
-    named_first,
-    value_of,
-)
 from tendon_cli.cube.columns import column_named
 from tendon_cli.cube.cube import Cube, CubeAsRead, cube_of
 from tendon_cli.cube.labels import plain
@@ -39,11 +30,20 @@ from tendon_cli.figures.served import draw_population
 from tendon_cli.figures.style import OKABE_ITO, PAGE_WIDTH, STAR, WHOLE, house_style, key_line
 from tendon_cli.figures.windows import draw_between, draw_rows, draw_trade_off, draw_windows
 from tendon_cli.model.kinematics import Array
-from tendon_cli.registry import by_name
-from tendon_cli.space.axis import Axis, evenly_spaced
+from tendon_cli.studies.space.axis import Axis, evenly_spaced
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import open_table
 from tendon_cli.units import shorten
+from tendon_cli.verbs.answer_record import (
+    AnswerRecord,
+    ChoiceRecord,
+    TradeOffRecord,
+    as_answer,
+    as_read,
+    named_first,
+    value_of,
+)
+from tendon_cli.verbs.registry import by_name
 
 _CHOICE = "#b8c4cc"
 _MOST_POINTS = 20_000

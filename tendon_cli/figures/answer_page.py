@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, value_of
 from tendon_cli.cube.choice_grid import value_text
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
@@ -21,7 +20,8 @@ from tendon_cli.figures.frame import Page, framed, source_of
 from tendon_cli.figures.layout import is_of_rows
 from tendon_cli.figures.scales import off_default
 from tendon_cli.figures.style import PAGE_WIDTH, STAR, key_line
-from tendon_cli.space.axis import Axis
+from tendon_cli.studies.space.axis import Axis
+from tendon_cli.verbs.answer_record import AnswerRecord, ChoiceRecord, value_of
 
 
 def answer_page(

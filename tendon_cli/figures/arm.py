@@ -15,7 +15,7 @@ from tendon_cli.figures.backend import Arc, Axes, Circle, FancyArrowPatch, Patch
 from tendon_cli.figures.frame import Page, framed, source_of_study
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, house_style, key_line
 from tendon_cli.quantities import SIDES
-from tendon_cli.space.axis import evenly_spaced
+from tendon_cli.studies.space.axis import evenly_spaced
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.study_curves import curves_of
 

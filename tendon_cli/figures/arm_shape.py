@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model.kinematics import Anchors, flexor_path
-from tendon_cli.space.axis import CASE_AXIS
-from tendon_cli.space.space import Space
+from tendon_cli.studies.space.axis import CASE_AXIS
+from tendon_cli.studies.space.space import Space
 from tendon_cli.studies.spaces import axis_of, row_axes, row_place, single_numbers
 from tendon_cli.studies.study import Study
 

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.answer_record import AnswerRecord, ChoiceRecord
 from tendon_cli.cube.choice_grid import conflicts_of, served_words, upper_ends
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
@@ -35,7 +34,8 @@ from tendon_cli.figures.slices import (
     grid_of,
 )
 from tendon_cli.figures.style import BLUES, INK, PAGE_WIDTH, largest
-from tendon_cli.space.axis import Axis
+from tendon_cli.studies.space.axis import Axis
+from tendon_cli.verbs.answer_record import AnswerRecord, ChoiceRecord
 
 _PALE = ("#f6d9c5", "#e9e2f3", "#dcebe4", "#f7ecc8", "#e5e5e5", "#dbe7f3")
 """Background of cells without a window, one for each reason; further reasons share the last."""

@@ -53,9 +53,9 @@ from tendon_cli.figures.style import (
 )
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.space.axis import Axis
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.filters import Condition, Truth
+from tendon_cli.studies.space.axis import Axis
 from tendon_cli.units import shorten
 
 ZEROS_OF_SPOOL = "Each direction counts the spool angle from its own zero, its pretensioned state."

@@ -27,12 +27,12 @@ from tendon_cli.figures.layout import (
     plan_curves,
 )
 from tendon_cli.model.kinematics import Rows
-from tendon_cli.registry import by_name
-from tendon_cli.space.axis import Axis
 from tendon_cli.studies.figures import FigureSpec, read_size
 from tendon_cli.studies.filters import Condition
+from tendon_cli.studies.space.axis import Axis
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.tables.read import AnyTable, open_table
+from tendon_cli.verbs.registry import by_name
 
 if TYPE_CHECKING:
     from tendon_cli.figures.backend import Figure

@@ -16,7 +16,6 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.answer_record import AnswerRecord
 from tendon_cli.cube.labels import plain, with_symbols, without_formulas
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import (
@@ -30,6 +29,7 @@ from tendon_cli.figures.backend import (
 from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, named, preview, render
 from tendon_cli.files import check_output, is_figure, result_path, write_output
 from tendon_cli.studies.study import Study
+from tendon_cli.verbs.answer_record import AnswerRecord
 
 _POINT = 25.4 / 72.0
 """A point, mm."""

@@ -17,7 +17,7 @@ from tendon_cli.cube.labels import plain
 from tendon_cli.figures.backend import Axes, Figure, Line2D
 from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.style import format_of, house_style, key_line
-from tendon_cli.space.axis import evenly_spaced
+from tendon_cli.studies.space.axis import evenly_spaced
 
 _PULLED = "#0063a6"
 _DRAGGED = "#b4490a"

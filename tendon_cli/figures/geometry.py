@@ -22,8 +22,8 @@ from tendon_cli.figures.frame import Page, framed, save_pages, source_of_study
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, SEQUENTIAL, house_style, key_line
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import SIDES
-from tendon_cli.space.axis import CASE_AXIS
 from tendon_cli.studies.load import load_study, named_path
+from tendon_cli.studies.space.axis import CASE_AXIS
 from tendon_cli.studies.spaces import row_place
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.way_points import MAX_BYTES, read_route, smooth

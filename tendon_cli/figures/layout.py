@@ -17,7 +17,8 @@ from tendon_cli.cube.columns import DERIVED
 from tendon_cli.cube.cube import Cube
 from tendon_cli.errors import UsageError
 from tendon_cli.model.kinematics import Rows
-from tendon_cli.space.axis import (
+from tendon_cli.studies.figures import MOST_QUANTITIES, OF_STATES, FigureSpec
+from tendon_cli.studies.space.axis import (
     CASE_AXIS,
     NAMED_AXES,
     Axis,
@@ -25,7 +26,6 @@ from tendon_cli.space.axis import (
     evenly_spaced,
     limit_of,
 )
-from tendon_cli.studies.figures import MOST_QUANTITIES, OF_STATES, FigureSpec
 from tendon_cli.studies.study import keys
 
 MOST_COLOURS = 12

@@ -39,8 +39,8 @@ from tendon_cli.figures.slices import (
 from tendon_cli.figures.style import BLUES, INK, LIMIT_COLOURS, MARGIN, MARGIN_FLEXOR
 from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.space.axis import Axis
 from tendon_cli.studies.figures import FigureSpec
+from tendon_cli.studies.space.axis import Axis
 
 OF_MARGIN = "margin"
 STIFFNESS = "min_elbow_stiffness"

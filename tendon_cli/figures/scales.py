@@ -20,8 +20,8 @@ from tendon_cli.figures.backend import Axes, ticker
 from tendon_cli.figures.frame import text_width
 from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.quantities import SIDES
-from tendon_cli.space.axis import Axis
 from tendon_cli.studies.figures import FigureSpec
+from tendon_cli.studies.space.axis import Axis
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import StudyNumber
 

@@ -14,15 +14,6 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.answer_record import (
-    AnswerRecord,
-    ChoiceRecord,
-    PopulationRecord,
-    ReasonRecord,
-    SobolRecord,
-    as_read,
-    population_of,
-)
 from tendon_cli.cube.choice_grid import pretension_name, upper_ends
 from tendon_cli.cube.labels import plain, with_symbols
 from tendon_cli.figures.answer_page import gauge_text
@@ -31,10 +22,19 @@ from tendon_cli.figures.frame import Page, framed, panels_of, source_of
 from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO, house_style, key_line, largest
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.registry import by_name
-from tendon_cli.space.axis import evenly_spaced
+from tendon_cli.studies.space.axis import evenly_spaced
 from tendon_cli.tables.read import open_table
 from tendon_cli.tables.schema import as_numpy
+from tendon_cli.verbs.answer_record import (
+    AnswerRecord,
+    ChoiceRecord,
+    PopulationRecord,
+    ReasonRecord,
+    SobolRecord,
+    as_read,
+    population_of,
+)
+from tendon_cli.verbs.registry import by_name
 
 Table = Mapping[str, npt.NDArray[Any]]
 

@@ -29,6 +29,7 @@ from tendon_cli.figures.style import (
 )
 from tendon_cli.figures.windows import Windows, draw_panel, window_key
 from tendon_cli.model.kinematics import Array
+from tendon_cli.studies import limit_phrases
 
 _MOST_POINTS = 20_000
 """Largest number of designs that are drawn, evenly spread."""
@@ -37,7 +38,7 @@ _MOST_POINTS = 20_000
 def windows_page(
     labels: Sequence[str],
     columns: Mapping[str, Sequence[Any]],
-    bounds: say.LimitValues,
+    bounds: limit_phrases.LimitValues,
     title: str,
     read: str,
     study: str,

@@ -23,7 +23,7 @@ from tendon_cli.figures.layout import fewer, thin_out
 from tendon_cli.figures.scales import Scale, axis_scale, value_texts
 from tendon_cli.figures.style import INK, PAGE_HEIGHT, STAR, hatch_key, key_line, unknown_hatch
 from tendon_cli.model.kinematics import Array, Flags, Rows
-from tendon_cli.space.axis import Axis
+from tendon_cli.studies.space.axis import Axis
 
 MOST_PAGES = 12
 """Largest number of pages of panels; of more panels some are drawn, and the figure says so."""

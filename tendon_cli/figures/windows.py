@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, TradeOffRecord, value_of
 from tendon_cli.cube.choice_grid import (
     OverMotion,
     over_motion,
@@ -55,7 +54,9 @@ from tendon_cli.figures.style import (
     limit_colours,
 )
 from tendon_cli.model.kinematics import Array
-from tendon_cli.space.axis import Axis, evenly_spaced
+from tendon_cli.studies import limit_phrases
+from tendon_cli.studies.space.axis import Axis, evenly_spaced
+from tendon_cli.verbs.answer_record import AnswerRecord, ChoiceRecord, TradeOffRecord, value_of
 
 _PANELS_OF_PAGE = 6
 _MOST_POINTS = 20_000
@@ -176,7 +177,7 @@ def _top(windows: Windows, most: float) -> float:
 def window_key(
     parts: Sequence[Windows],
     colours: Mapping[str, Colour],
-    bounds: say.LimitValues,
+    bounds: limit_phrases.LimitValues,
     meaning: str,
     none: str = "no pretension works, whatever the limits",
 ) -> list[Any]:
@@ -200,9 +201,9 @@ def window_key(
     return key
 
 
-def _limit_label(name: str, bounds: say.LimitValues) -> str:
+def _limit_label(name: str, bounds: limit_phrases.LimitValues) -> str:
     """Return a limit in words; "no limit" for an end that nothing sets."""
-    return say.limit_words(name, bounds).label if name else "no limit"
+    return limit_phrases.limit_words(name, bounds).label if name else "no limit"
 
 
 def _pretension_label(cube: Cube) -> str:
@@ -429,7 +430,7 @@ def draw_trade_off(
         title = f"what each {plain(axis.key)} gives"
         note = f"{named} with this {plain(axis.key)} alone"
     else:
-        title = f"what the {say.limit_on(axis.key.partition('.')[2])} buys"
+        title = f"what the {limit_phrases.limit_on(axis.key.partition('.')[2])} buys"
         note = f"{named} if the limit had this value alone"
     notes = [f"Window and tension are those of the choice that {note}."]
     total = 104.0 + scale.height_of_names(width - 20.0)
@@ -497,7 +498,7 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> list
     lines = [(name, values) for bounds in drawn.ends for name, values in bounds.items()]
     in_picture = {name for name, values in lines if (drawn.shown(values) > 0.0).any()}
     key: list[Any] = [
-        key_line(color=colour, label=say.limit_words(name, cube.limits).label)
+        key_line(color=colour, label=limit_phrases.limit_words(name, cube.limits).label)
         for name, colour in colours.items()
         if name in in_picture
     ]

@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli.engine.windows.points import Points
+from tendon_cli.engine.windows.question import LEAN, LOADS, Question
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.limits import CONTACT_PRESSURE
 from tendon_cli.model.motor import select_points
 from tendon_cli.model.setting import pretension_of
 from tendon_cli.proof.subdivision import Cells, Setup, Verdict, judge
-from tendon_cli.space.axis import scale_of
-from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import LEAN, LOADS, Question
+from tendon_cli.studies.space.axis import scale_of
 
 _ENDLESS = 1e6
 """Pretension up to which a window without an upper end is proved, N."""

@@ -13,7 +13,12 @@ from typing import TypeAlias
 
 import numpy as np
 
-from tendon_cli import say
+from tendon_cli.engine.windows.question import with_enough
+from tendon_cli.engine.windows.sampling_error import estimate_error
+from tendon_cli.engine.windows.solutions import Solutions, solve_windows
+from tendon_cli.engine.windows.solver import Folded, Solver
+from tendon_cli.engine.windows.study_arm import given_pretensions
+from tendon_cli.engine.windows.worst_between import worst_between
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.window import Ends
 from tendon_cli.proof.arcs import ConditionArcs
@@ -26,12 +31,7 @@ from tendon_cli.proof.subdivision import (
     most_cells,
 )
 from tendon_cli.proof.tightening import tighten
-from tendon_cli.windows.question import with_enough
-from tendon_cli.windows.sampling_error import estimate_error
-from tendon_cli.windows.solutions import Solutions, solve_windows
-from tendon_cli.windows.solver import Folded, Solver
-from tendon_cli.windows.study_arm import given_pretensions
-from tendon_cli.windows.worst_between import worst_between
+from tendon_cli.studies import limit_phrases
 
 Report: TypeAlias = Callable[[int, int], None]
 """Called with the numbers of cells that were examined, and of most cells, while a proof lasts."""
@@ -57,7 +57,7 @@ class Certificate:
     """Result of the proof of one choice's window between the samples."""
 
     status: str
-    """One of `say.STATUSES`."""
+    """One of `limit_phrases.STATUSES`."""
     cells: int
     """Number of cells that were tried."""
     margin: float
@@ -106,13 +106,13 @@ def certify(
         of_sample, _ = solve_windows(solver, points, solver.read(folded, points))
     proof = _Proof(solver, of_sample, folded, report)
     is_sampled = question.for_choice(solution.points).is_sampled
-    status = say.SAMPLED
+    status = limit_phrases.SAMPLED
     if _is_in_window(of_sample) and question.study.trajectory is None:
         is_proved = proof.run()
-        status = say.OPEN
+        status = limit_phrases.OPEN
         if is_proved:
-            status = say.SAMPLED if is_sampled else say.PROVEN
-    is_open = status == say.OPEN
+            status = limit_phrases.SAMPLED if is_sampled else limit_phrases.PROVEN
+    is_open = status == limit_phrases.OPEN
     estimate = None
     if proof.solution.has_window.item():
         if not is_open:
@@ -128,7 +128,9 @@ def certify(
         estimate=estimate,
         scope=Scope.of(question),
         ends=solver.read(proof.folded, solution.points),
-        solution=replace(solution, between_samples=np.array([say.STATUSES.index(status)])),
+        solution=replace(
+            solution, between_samples=np.array([limit_phrases.STATUSES.index(status)])
+        ),
     )
 
 

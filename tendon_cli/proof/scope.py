@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
+from tendon_cli.engine.windows.question import LOADS, Question
 from tendon_cli.model.kinematics import Array
-from tendon_cli.windows.question import LOADS, Question
 
 Range = tuple[float, float]
 """Least and largest value, SI."""

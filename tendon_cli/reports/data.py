@@ -26,9 +26,9 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Anchors, Array, Rows
 from tendon_cli.model.moving import Moving
 from tendon_cli.quantities import QUANTITIES, SIDES
-from tendon_cli.space.axis import Axis, evenly_spaced
-from tendon_cli.space.space import Space
 from tendon_cli.studies.axis_words import name_words
+from tendon_cli.studies.space.axis import Axis, evenly_spaced
+from tendon_cli.studies.space.space import Space
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.units import UNITS
 

@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from tendon_cli import say
-from tendon_cli.answer_record import AnswerRecord, as_answer, value_of
 from tendon_cli.cube.choice_grid import conflicts_of, over_motion, position, pretension_name
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube, CubeAsRead, cube_in
@@ -42,12 +40,14 @@ from tendon_cli.reports.data import (
     truths_record,
     within_size,
 )
-from tendon_cli.space.axis import PRETENSION, Axis, evenly_spaced
-from tendon_cli.space.space import Space
+from tendon_cli.studies import limit_phrases
 from tendon_cli.studies.axis_words import name_words
+from tendon_cli.studies.space.axis import PRETENSION, Axis, evenly_spaced
+from tendon_cli.studies.space.space import Space
 from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import keys
 from tendon_cli.tables.schema import as_numpy, finite_or_none
+from tendon_cli.verbs.answer_record import AnswerRecord, as_answer, value_of
 
 _COLOUR_OF_LIMIT = {
     "extensor slack": "extensor",
@@ -327,7 +327,7 @@ def _condition_name(conditions: Space, condition: Rows) -> str:
     return ", ".join(words)
 
 
-def _between(record: AnswerRecord, bounds: say.LimitValues) -> dict[str, Any] | None:
+def _between(record: AnswerRecord, bounds: limit_phrases.LimitValues) -> dict[str, Any] | None:
     """Return each limit's bound on the pretension over the angle, for the choice named first.
 
     Args:
@@ -349,7 +349,7 @@ def _between(record: AnswerRecord, bounds: say.LimitValues) -> dict[str, Any] | 
             if np.isfinite(value):
                 points.append((angle, value))
         for limit, values in bounds_of_end.items():
-            label = say.limit_words(limit, bounds).label
+            label = limit_phrases.limit_words(limit, bounds).label
             rounded = [_rounded(value) for value in drawn.shown(values).tolist()]
             colour = _COLOUR_OF_LIMIT.get(limit, "joint")
             lines.append({"label": label, "end": end, "values": rounded, "colour": colour})

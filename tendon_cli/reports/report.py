@@ -15,7 +15,6 @@ from tendon_cli.cube.room import bounded_column, is_default
 from tendon_cli.engine.results import AnyResult, Result, Run, folder_of, open_result
 from tendon_cli.engine.sweep_kind import DEFINING
 from tendon_cli.files import check_output, result_path, write_output
-from tendon_cli.registry import load
 from tendon_cli.reports import html
 from tendon_cli.reports.data import (
     MOST_BYTES_OF_PAGE,
@@ -39,6 +38,7 @@ from tendon_cli.reports.data import (
 )
 from tendon_cli.reports.html import MARK
 from tendon_cli.studies.spaces import space_of
+from tendon_cli.verbs.registry import load
 
 _FEWEST_CELLS = 100
 """Cells of a page that is never made smaller."""

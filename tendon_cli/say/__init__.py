@@ -1,22 +1,8 @@
-"""Words for numbers, quantities, shares, limits and columns, for every text, figure and page."""
+"""Words for numbers, quantities, shares and columns, for every text, figure and page."""
 
-from tendon_cli.model.forms import LimitWords
 from tendon_cli.say.blocks import Block, as_text, command, heading, items, sentence, table
 from tendon_cli.say.cutoff import cutoff_words
 from tendon_cli.say.fitting import Clause, Section, fit
-from tendon_cli.say.limit_phrases import (
-    OPEN,
-    PROVEN,
-    SAMPLED,
-    STATUSES,
-    LimitValues,
-    conflict_label,
-    limit_of_so_much,
-    limit_on,
-    limit_words,
-    proof_sentence,
-    proved_word,
-)
 from tendon_cli.say.words import (
     WIDTH,
     JointName,
@@ -54,16 +40,10 @@ from tendon_cli.say.words import (
 from tendon_cli.units import counted
 
 __all__ = [
-    "OPEN",
-    "PROVEN",
-    "SAMPLED",
-    "STATUSES",
     "WIDTH",
     "Block",
     "Clause",
     "JointName",
-    "LimitValues",
-    "LimitWords",
     "Section",
     "align_cells",
     "all_of",
@@ -73,7 +53,6 @@ __all__ = [
     "byte_size",
     "column",
     "command",
-    "conflict_label",
     "counted",
     "cutoff_words",
     "duration",
@@ -87,16 +66,11 @@ __all__ = [
     "join_words",
     "joint_name",
     "length_to_spare",
-    "limit_of_so_much",
-    "limit_on",
-    "limit_words",
     "name_joint",
     "number",
     "number_within",
     "parameter",
     "percent",
-    "proof_sentence",
-    "proved_word",
     "quantity",
     "sampled_share",
     "sentence",

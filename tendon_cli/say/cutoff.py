@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from tendon_cli.say.words import join_words, quantity
 
 if TYPE_CHECKING:
-    from tendon_cli.answer_record import ChecksRecord
+    from tendon_cli.verbs.answer_record import ChecksRecord
 
 
 def cutoff_words(checks: ChecksRecord | None) -> str:

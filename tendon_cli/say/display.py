@@ -6,7 +6,7 @@ from os import PathLike
 from typing import Any, ClassVar
 
 from tendon_cli.errors import UsageError
-from tendon_cli.registry import load
+from tendon_cli.verbs.registry import load
 
 _MOST_LINES = 15
 

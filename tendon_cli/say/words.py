@@ -21,7 +21,7 @@ from tendon_cli.quantities import QUANTITIES, SIDES, Quantity, bound_name
 from tendon_cli.units import counted
 
 if TYPE_CHECKING:
-    from tendon_cli.answer_record import QuestionRecord
+    from tendon_cli.verbs.answer_record import QuestionRecord
 
 WIDTH = 80
 """Columns of a text."""

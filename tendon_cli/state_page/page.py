@@ -22,7 +22,6 @@ from tendon_cli.model.actuator import State
 from tendon_cli.model.statics import NO_EQUILIBRIUM, STATUS_NAMES
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.say.display import Displayed
-from tendon_cli.space.axis import CASE_AXIS, PRETENSION, READING_ERROR, NamedAxis
 from tendon_cli.state_page.lines import (
     PageLine,
     cycle_lines,
@@ -39,6 +38,7 @@ from tendon_cli.studies.answer_draws import drawn as with_draws
 from tendon_cli.studies.axis_words import name_words
 from tendon_cli.studies.load import AnyStudy, any_study
 from tendon_cli.studies.people.person import PersonStudy, person_study
+from tendon_cli.studies.space.axis import CASE_AXIS, PRETENSION, READING_ERROR, NamedAxis
 from tendon_cli.studies.spaces import row_place
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import StudyNumber, draw_numbers, si_document

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import SIDES
-from tendon_cli.space.axis import factor_of, of_side, shift_of, split_side
-from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies import usual
 from tendon_cli.studies.design_section import Uncertainty
+from tendon_cli.studies.space.axis import factor_of, of_side, shift_of, split_side
+from tendon_cli.studies.space.space import ANCHORS
 from tendon_cli.studies.study import Study, is_exact, states_reading
 from tendon_cli.studies.usual import UsualDeviation
 from tendon_cli.studies.values import OF_THE_STUDY, Sampler, Stream, draw_numbers

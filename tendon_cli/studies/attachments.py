@@ -15,7 +15,6 @@ from tendon_cli.errors import Fault, InputError, StudyError
 from tendon_cli.files import read_input
 from tendon_cli.quantities import SIDES
 from tendon_cli.readers.table import read_table
-from tendon_cli.space.axis import CASE_AXIS
 from tendon_cli.studies import angle_curves, study_curves
 from tendon_cli.studies.angle_curves import CurveColumns, CurveTable
 from tendon_cli.studies.checks import sheath_faults
@@ -33,6 +32,7 @@ from tendon_cli.studies.row_reading import (
     flat_keys,
 )
 from tendon_cli.studies.row_table import RowTable, StatedRole
+from tendon_cli.studies.space.axis import CASE_AXIS
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.table_section import MAX_BYTES as MOST_TABLE_BYTES
 from tendon_cli.studies.table_section import MOST_ROWS, TableSection

@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 
 from tendon_cli import say
 from tendon_cli.quantities import in_unit_of_reading
-from tendon_cli.space.axis import NAMED_AXES, Axis, NamedAxis, split_side
 from tendon_cli.studies.contents import keys
 from tendon_cli.studies.model_words import WORDS_OF
+from tendon_cli.studies.space.axis import NAMED_AXES, Axis, NamedAxis, split_side
 from tendon_cli.studies.values import RIGID
 
 

@@ -12,16 +12,6 @@ from tendon_cli.errors import Fault, StudyError
 from tendon_cli.model.design import F0
 from tendon_cli.model.limits import LIMITS, SPEED
 from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES, SIDES, dimension_of_reading
-from tendon_cli.space.axis import (
-    NAMED_AXES,
-    PRETENSION,
-    READING_ERROR,
-    SAMPLE_AXES,
-    SPRING_AT,
-    of_side,
-    split_side,
-)
-from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies.angle_curves import SIGN_OF_TASK, CurveTable
 from tendon_cli.studies.design_section import CHOICE_RESULTS
 from tendon_cli.studies.fields import hint_at_nearest
@@ -31,6 +21,16 @@ from tendon_cli.studies.magnitude import slip_faults
 from tendon_cli.studies.measured_motion import short_record, trajectory_fault
 from tendon_cli.studies.parts import FILES_OF_SHEATH, with_sides
 from tendon_cli.studies.row_table import RowTable
+from tendon_cli.studies.space.axis import (
+    NAMED_AXES,
+    PRETENSION,
+    READING_ERROR,
+    SAMPLE_AXES,
+    SPRING_AT,
+    of_side,
+    split_side,
+)
+from tendon_cli.studies.space.space import ANCHORS
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.study_curves import curves_in, hint_to_cover, not_covered
 from tendon_cli.studies.toml_reading import KeyPlaces

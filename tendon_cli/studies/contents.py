@@ -11,7 +11,6 @@ from pydantic import AfterValidator, StringConstraints
 from pydantic.fields import FieldInfo
 
 from tendon_cli.quantities import QUANTITIES, Quantity, bound_name
-from tendon_cli.space.axis import limit_of, split_side
 from tendon_cli.studies.design_section import Limits
 from tendon_cli.studies.fields import SingleField, fault
 from tendon_cli.studies.number import NumberField
@@ -29,6 +28,7 @@ from tendon_cli.studies.parts import (
     Spring,
     Tendon,
 )
+from tendon_cli.studies.space.axis import limit_of, split_side
 from tendon_cli.studies.values import StudyNumber
 
 _NOTABLE_SHARE = 1e-3

@@ -12,10 +12,10 @@ from pydantic import AfterValidator, BeforeValidator, WithJsonSchema, create_mod
 from tendon_cli.model.forms import DesignLimit
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES, QUANTITIES
-from tendon_cli.space.axis import split_side
 from tendon_cli.studies.fields import SingleField, fault, whole_number
 from tendon_cli.studies.number import NumberField
 from tendon_cli.studies.parts import Part, Words, field_default
+from tendon_cli.studies.space.axis import split_side
 from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import described
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_cli.model.kinematics import Array, Rows
-from tendon_cli.space.axis import DRAW_AXIS, Axis, Numbers, evenly_spaced
 from tendon_cli.studies.answer_draws import draws_of
+from tendon_cli.studies.space.axis import DRAW_AXIS, Axis, Numbers, evenly_spaced
 from tendon_cli.studies.spaces import person_axis
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import (

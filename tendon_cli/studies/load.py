@@ -14,7 +14,6 @@ from pydantic import ValidationError
 
 from tendon_cli.errors import Fault, InputError, StudyError, TendonError, UsageError
 from tendon_cli.files import path_of
-from tendon_cli.space.axis import PRETENSION, SPRING_AT, split_side
 from tendon_cli.studies.attachments import Attachments
 from tendon_cli.studies.checks import (
     anchor_faults,
@@ -25,6 +24,7 @@ from tendon_cli.studies.checks import (
     set_twice,
 )
 from tendon_cli.studies.json_schema import faults_of
+from tendon_cli.studies.space.axis import PRETENSION, SPRING_AT, split_side
 from tendon_cli.studies.spaces import impossibilities, with_readable_default
 from tendon_cli.studies.study import EXTENDS, Study, keys
 from tendon_cli.studies.study_file import STDIN, read_document, study_files

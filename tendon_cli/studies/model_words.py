@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tendon_cli.quantities import SIDES
-from tendon_cli.space.axis import AFTER, REFERENCE, SLACK, SPRING_AT, of_side, split_side
+from tendon_cli.studies.space.axis import AFTER, REFERENCE, SLACK, SPRING_AT, of_side, split_side
 
 WORDS_OF = {
     REFERENCE: ("published", "initial"),

@@ -23,7 +23,6 @@ from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.readers.heading import Heading
 from tendon_cli.readers.table import Table
-from tendon_cli.space.axis import CASE_AXIS, NAMED_AXES, CarriedColumn, split_side
 from tendon_cli.studies.contents import is_key_of_study, keys
 from tendon_cli.studies.design_section import CHOICE_RESULTS
 from tendon_cli.studies.fields import SingleField, fault, hint_at_nearest, parts_of_text
@@ -31,6 +30,7 @@ from tendon_cli.studies.gone import IS_GONE, instead_of
 from tendon_cli.studies.magnitude import Slip
 from tendon_cli.studies.model_words import KEYS_OF_WORDS, WORDS_OF
 from tendon_cli.studies.row_table import NAME, RowTable, StatedRole, carried_header
+from tendon_cli.studies.space.axis import CASE_AXIS, NAMED_AXES, CarriedColumn, split_side
 from tendon_cli.units import (
     UNITS,
     Measure,

@@ -11,10 +11,10 @@ from typing import Any, Literal
 import numpy as np
 
 from tendon_cli.model.kinematics import Array
-from tendon_cli.space.axis import CASE_AXIS, CarriedColumn, NamedAxis, split_side
 from tendon_cli.studies.contents import keys
 from tendon_cli.studies.magnitude import Slip
 from tendon_cli.studies.model_words import WORDS_OF
+from tendon_cli.studies.space.axis import CASE_AXIS, CarriedColumn, NamedAxis, split_side
 from tendon_cli.studies.values import RIGID, si_document
 from tendon_cli.units import shorten
 

@@ -15,7 +15,11 @@ from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.setting import Reading
 from tendon_cli.quantities import SIDES, unit_of_reading
 from tendon_cli.say import join_words
-from tendon_cli.space.axis import (
+from tendon_cli.studies.answer_draws import draws_of
+from tendon_cli.studies.contents import column_of
+from tendon_cli.studies.fields import hint_at_nearest
+from tendon_cli.studies.model_words import number_of_word, numbers_of_words
+from tendon_cli.studies.space.axis import (
     CASE_AXIS,
     DRAW_AXIS,
     PERSON_AXIS,
@@ -27,11 +31,7 @@ from tendon_cli.space.axis import (
     scale_of,
     split_side,
 )
-from tendon_cli.space.space import EXCURSION, INERTIA, TRAJECTORY, Space
-from tendon_cli.studies.answer_draws import draws_of
-from tendon_cli.studies.contents import column_of
-from tendon_cli.studies.fields import hint_at_nearest
-from tendon_cli.studies.model_words import number_of_word, numbers_of_words
+from tendon_cli.studies.space.space import EXCURSION, INERTIA, TRAJECTORY, Space
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.study_curves import curves_of
 from tendon_cli.studies.values import Grid, StudyNumber

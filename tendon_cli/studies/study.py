@@ -15,18 +15,7 @@ from pydantic import PrivateAttr
 from tendon_cli import say
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.quantities import SIDES
-from tendon_cli.registry import load
 from tendon_cli.say.display import Displayed
-from tendon_cli.space.axis import (
-    CASE_AXIS,
-    DRAW_AXIS,
-    PERSON_AXIS,
-    SAMPLE_AXES,
-    limit_of,
-    of_side,
-    split_side,
-)
-from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies import parts
 from tendon_cli.studies.angle_curves import CurveTable
 from tendon_cli.studies.contents import (
@@ -47,9 +36,20 @@ from tendon_cli.studies.magnitude import Slip, slip_notes
 from tendon_cli.studies.parts import Part, field_default
 from tendon_cli.studies.people.people_section import People
 from tendon_cli.studies.row_table import RowTable
+from tendon_cli.studies.space.axis import (
+    CASE_AXIS,
+    DRAW_AXIS,
+    PERSON_AXIS,
+    SAMPLE_AXES,
+    limit_of,
+    of_side,
+    split_side,
+)
+from tendon_cli.studies.space.space import ANCHORS
 from tendon_cli.studies.table_section import CasesField, TableSection
 from tendon_cli.studies.usual import UsualDeviation
 from tendon_cli.studies.values import StudyNumber, Uncertain
+from tendon_cli.verbs.registry import load
 
 __all__ = ["Key", "Study", "keys"]
 

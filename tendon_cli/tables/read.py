@@ -18,8 +18,8 @@ import pyarrow.parquet as pq
 
 from tendon_cli.errors import InputError, is_memory_short
 from tendon_cli.files import CSV, TABLE, kind_of_file, open_file, read_file
-from tendon_cli.registry import record_names
 from tendon_cli.tables.footer import facts_in, read_whole
+from tendon_cli.verbs.registry import record_names
 from tendon_cli.version import RESULTS_VERSION, reader_of
 
 _LONGEST_RECORD = 2**30

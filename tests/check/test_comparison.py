@@ -71,7 +71,7 @@ def test_every_number_of_an_answer_stands_in_its_record(suits, monkeypatch):
     def solve_again(*_):
         raise AssertionError("a window is solved again")
 
-    monkeypatch.setattr("tendon_cli.windows.solver.Solver.ends", solve_again)
+    monkeypatch.setattr("tendon_cli.engine.windows.solver.Solver.ends", solve_again)
     compared = tendon.compare(suits["small"], suits["large"])
     for key, folder in (("a", suits["small"]), ("b", suits["large"])):
         best = json.loads((folder / "design.json").read_text())["best"]

@@ -162,11 +162,11 @@ def test_a_gate_closes_where_a_comparison_sees_a_change(results):
 
 def test_a_suit_that_fewer_members_judge_is_paired_with_them(monkeypatch):
     """Along a motion a sample is thinned, so that it takes no longer than another one."""
-    monkeypatch.setattr("tendon_cli.windows.verification._FEWEST_MEMBERS", 8)
+    monkeypatch.setattr("tendon_cli.engine.windows.verification._FEWEST_MEMBERS", 8)
     drawn = merged(SUIT, OF_EACH_KIND["draws"])
     slower = merged(drawn, {"motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 9}}})
     answers = [answered(study) for study in (drawn, slower)]
-    monkeypatch.setattr("tendon_cli.windows.verification._MOST_STATES", 1200)
+    monkeypatch.setattr("tendon_cli.engine.windows.verification._MOST_STATES", 1200)
     compared = tendon.compare(*answers).record
     assert compared["paired"]
     assert compared["lost"]["of"] < 100

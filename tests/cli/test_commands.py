@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 import typer
 
-from tendon_cli import cli
+from tendon_cli.commands import cli
 from tendon_cli.studies.load import load_study
 from tendon_cli.version import __version__
 from tests.cli.conftest import set_options

@@ -14,7 +14,7 @@ import pytest
 import typer
 
 import tendon_cli
-from tendon_cli import cli
+from tendon_cli.commands import cli
 from tendon_cli.quantities import OF_DESIGNS, OF_STATES
 from tendon_cli.studies.json_schema import key_words
 from tendon_cli.studies.load import study_from

@@ -51,9 +51,9 @@ def study(write_study):
         ("tendon_cli.commands.studies", signal.SIGINT),
         ("numpy", signal.SIGINT),
         ("pyarrow.lib", signal.SIGINT),
-        ("tendon_cli.cli", signal.SIGINT),
-        ("tendon_cli.cli", signal.SIGTERM),
-        ("tendon_cli.cli", signal.SIGHUP),
+        ("tendon_cli.commands.cli", signal.SIGINT),
+        ("tendon_cli.commands.cli", signal.SIGTERM),
+        ("tendon_cli.commands.cli", signal.SIGHUP),
     ],
 )
 @pytest.mark.parametrize("command", ["sweep", "state"])
@@ -94,7 +94,7 @@ from tendon_cli.commands.startup import spare_time
 spare_time()  # else NumPy starts threads, too
 import pyarrow.compute, pyarrow.csv, pyarrow.parquet
 import matplotlib.figure, pandas, scipy.optimize, scipy.stats, tendon_cli.studies.load
-from tendon_cli.cli import main
+from tendon_cli.commands.cli import main
 
 def threads():
     return len(os.listdir("/proc/self/task"))

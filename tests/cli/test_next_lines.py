@@ -4,7 +4,7 @@ import shlex
 
 import pytest
 
-from tendon_cli.studies.starter import examples
+from tendon_cli.commands.starter import examples
 
 DRAWS_USUAL = True  # a fit takes usual deviations for granted
 COMPUTED = ("sweep", "design")

@@ -252,7 +252,7 @@ def test_an_exported_file_of_people_is_the_same_people(tendon, workplace):
 PEAK_AFTER = """
 import sys
 from pathlib import Path
-from tendon_cli.cli import main
+from tendon_cli.commands.cli import main
 
 try:
     main(sys.argv[1:])

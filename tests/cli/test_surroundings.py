@@ -11,12 +11,12 @@ from pathlib import Path
 import pytest
 
 import tendon_cli
-from tendon_cli.registry import KINDS
+from tendon_cli.verbs.registry import KINDS
 
 HEAVY = ("numpy", "pandas", "pyarrow", "scipy", "matplotlib", "joblib", "distributed")
 LOADED = """
 import contextlib, io, json, sys
-from tendon_cli import cli
+from tendon_cli.commands import cli
 with contextlib.suppress(SystemExit), contextlib.redirect_stdout(io.StringIO()):
     cli.main(sys.argv[1:])
 print(json.dumps(sorted(sys.modules)))

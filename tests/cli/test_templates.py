@@ -9,9 +9,9 @@ from pathlib import Path
 import jsonschema
 import pytest
 
+from tendon_cli.commands.starter import TEMPLATES, starter
 from tendon_cli.studies.json_schema import schema_text
 from tendon_cli.studies.load import load_study
-from tendon_cli.studies.starter import TEMPLATES, starter
 from tendon_cli.studies.study_file import read_yaml
 from tests.cli.conftest import set_options
 

@@ -1,9 +1,9 @@
 """Design questions as text, and their solutions."""
 
+from tendon_cli.engine.windows.question import question_of
+from tendon_cli.engine.windows.solutions import solve
+from tendon_cli.engine.windows.solver import Solver
 from tendon_cli.studies.load import load_study
-from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solutions import solve
-from tendon_cli.windows.solver import Solver
 
 LOADS = '[load]\nmass = ["0 kg", "3 kg", "5 kg", "10 kg"]\n'
 

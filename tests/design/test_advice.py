@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.engine.windows.advice import HURTS, NARROW, NO_ROOM, WEAK
+from tendon_cli.engine.windows.question import question_of
 from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.winding import least_free_length
-from tendon_cli.windows.advice import HURTS, NARROW, NO_ROOM, WEAK
-from tendon_cli.windows.question import question_of
 from tests.answers import answered as known_answer
 from tests.answers import merged, solved
 

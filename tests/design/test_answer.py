@@ -9,10 +9,10 @@ import tendon_cli as tendon
 from tendon_cli.answers import choices as choices_module
 from tendon_cli.answers.notes import notes_of
 from tendon_cli.answers.sensitivity import sensitivities
-from tendon_cli.typed_record import to_json
-from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solutions import solve
-from tendon_cli.windows.solver import Solver
+from tendon_cli.engine.windows.question import question_of
+from tendon_cli.engine.windows.solutions import solve
+from tendon_cli.engine.windows.solver import Solver
+from tendon_cli.verbs.typed_record import to_json
 from tests.answers import answered, solved
 
 COARSE = {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}

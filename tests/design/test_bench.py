@@ -8,9 +8,9 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.answers.setup import settings
+from tendon_cli.engine.windows.question import question_of
+from tendon_cli.engine.windows.study_arm import study_arm
 from tendon_cli.model.setting import pretension_per_length
-from tendon_cli.windows.question import question_of
-from tendon_cli.windows.study_arm import study_arm
 
 from .studies import NO_UPPER_END
 

@@ -9,6 +9,11 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 import tendon_cli as tendon
+from tendon_cli.engine.windows import solver as solver_module
+from tendon_cli.engine.windows.question import question_of
+from tendon_cli.engine.windows.sampling_error import estimate_error
+from tendon_cli.engine.windows.solutions import solve
+from tendon_cli.engine.windows.solver import Solver
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.motion_window import window_along
@@ -17,11 +22,6 @@ from tendon_cli.model.power_window import Motor, within_power
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.model.window import Window, ends_of_states
 from tendon_cli.proof import subdivision
-from tendon_cli.windows import solver as solver_module
-from tendon_cli.windows.question import question_of
-from tendon_cli.windows.sampling_error import estimate_error
-from tendon_cli.windows.solutions import solve
-from tendon_cli.windows.solver import Solver
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,9 @@ import pandas as pd
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.engine.windows import question
+from tendon_cli.engine.windows.solver import Solver
 from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES
-from tendon_cli.windows import question
-from tendon_cli.windows.solver import Solver
 from tests.answers import answered
 
 TIME = np.linspace(0.0, 2.0, 41)

@@ -9,7 +9,7 @@ from tendon_cli import kernel
 from tendon_cli.answers import choices as choices_module
 from tendon_cli.answers import record as record_module
 from tendon_cli.answers.choices import Choices
-from tendon_cli.windows import candidates
+from tendon_cli.engine.windows import candidates
 
 from .studies import CATALOGUE, LOADS, RANGES
 

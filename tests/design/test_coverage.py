@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from tendon_cli.windows.candidates import front, least_losses, losses
-from tendon_cli.windows.coverage import share_at, share_served
-from tendon_cli.windows.groups import Groups
-from tendon_cli.windows.question import Goal
+from tendon_cli.engine.windows.candidates import front, least_losses, losses
+from tendon_cli.engine.windows.coverage import share_at, share_served
+from tendon_cli.engine.windows.groups import Groups
+from tendon_cli.engine.windows.question import Goal
 
 
 def sets_of_windows(seed, count=50):

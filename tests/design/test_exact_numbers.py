@@ -5,10 +5,10 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.answers.assumed import largest_move
+from tendon_cli.engine.windows.question import question_of
 from tendon_cli.errors import StudyError
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.usual import USUAL
-from tendon_cli.windows.question import question_of
 from tests.answers import answered as known_answer
 from tests.sampled import quick_and_torture
 

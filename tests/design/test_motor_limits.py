@@ -10,13 +10,13 @@ import pytest
 
 from tendon_cli import design
 from tendon_cli.answers.sensitivity import sensitivities
+from tendon_cli.engine.windows.question import question_of
+from tendon_cli.engine.windows.solutions import solve
+from tendon_cli.engine.windows.solver import Solver
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.model.motor import cycle_columns
 from tendon_cli.studies.load import study_from
-from tendon_cli.typed_record import to_json
-from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solutions import solve
-from tendon_cli.windows.solver import Solver
+from tendon_cli.verbs.typed_record import to_json
 from tests.sampled import quick_and_torture
 
 SUIT = {

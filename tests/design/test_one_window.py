@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.engine.windows.question import question_of
+from tendon_cli.engine.windows.solver import Solver
 from tendon_cli.model.design import F0
 from tendon_cli.model.whole_motion import ANGLES
-from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solver import Solver
 from tests.conftest import CONFIGS
 from tests.sampled import check_all, quick_and_torture
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.answer_record import named_first
 from tendon_cli.answers import choices as choices_module
-from tendon_cli.windows.order import Order
-from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solutions import solve
-from tendon_cli.windows.solver import Solver
+from tendon_cli.engine.windows.order import Order
+from tendon_cli.engine.windows.question import question_of
+from tendon_cli.engine.windows.solutions import solve
+from tendon_cli.engine.windows.solver import Solver
+from tendon_cli.verbs.answer_record import named_first
 from tests.answers import answered
 
 from .studies import NO_UPPER_END

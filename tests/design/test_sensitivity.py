@@ -8,11 +8,11 @@ import pytest
 
 from tendon_cli.answers import sensitivity
 from tendon_cli.answers.sensitivity import sensitivities
+from tendon_cli.engine.windows.question import question_of
+from tendon_cli.engine.windows.solutions import solve
+from tendon_cli.engine.windows.solver import Solver
 from tendon_cli.studies.load import study_from
-from tendon_cli.typed_record import to_json
-from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solutions import solve
-from tendon_cli.windows.solver import Solver
+from tendon_cli.verbs.typed_record import to_json
 
 ELBOW = {"speed": "60 deg/s", "elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 4}}
 DRAWN = {

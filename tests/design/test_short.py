@@ -7,10 +7,10 @@ import re
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.answer_record import as_answer
 from tendon_cli.answers.text import MOST_LINES, WIDTH, short_text
 from tendon_cli.errors import TendonError
 from tendon_cli.say import Clause, Section, fit
+from tendon_cli.verbs.answer_record import as_answer
 from tests.answers import answered
 from tests.sampled import quick_and_torture
 from tools.torture.hostile.valid import FILES, Maker

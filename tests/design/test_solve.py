@@ -10,12 +10,12 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.answers.notes import notes_of
+from tendon_cli.engine.windows import solutions as solutions_module
+from tendon_cli.engine.windows import solver as solver_module
+from tendon_cli.engine.windows.solutions import Solutions
+from tendon_cli.engine.windows.solver import Solver
 from tendon_cli.model import actuator
 from tendon_cli.model.limits import LIMIT_NAMES
-from tendon_cli.windows import solutions as solutions_module
-from tendon_cli.windows import solver as solver_module
-from tendon_cli.windows.solutions import Solutions
-from tendon_cli.windows.solver import Solver
 
 from .studies import CATALOGUE, LOADS, RANGES, question_from, solved
 

@@ -8,13 +8,13 @@ import shutil
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.answer_record import as_answer, as_read
 from tendon_cli.answers.phrases import condition_of_group, condition_words
 from tendon_cli.answers.text import answer_blocks, answer_text
 from tendon_cli.cube.choice_grid import served_words
 from tendon_cli.engine.records import checksum
 from tendon_cli.errors import FolderError
-from tendon_cli.typed_record import to_json
+from tendon_cli.verbs.answer_record import as_answer, as_read
+from tendon_cli.verbs.typed_record import to_json
 from tests.answers import answered
 
 COARSE = {"motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}}

@@ -10,14 +10,14 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli import say
+from tendon_cli.engine.windows.coverage import upper_quantile
+from tendon_cli.engine.windows.question import least_share_for, question_of
+from tendon_cli.engine.windows.solver import Solver
+from tendon_cli.engine.windows.verification import Verifier
 from tendon_cli.model.winding import least_free_length
-from tendon_cli.space.axis import factor_of, shift_of
 from tendon_cli.studies.answer_draws import for_answer
 from tendon_cli.studies.load import study_from
-from tendon_cli.windows.coverage import upper_quantile
-from tendon_cli.windows.question import least_share_for, question_of
-from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.verification import Verifier
+from tendon_cli.studies.space.axis import factor_of, shift_of
 from tests.answers import answered, merged
 from tests.people import plain_suit
 

@@ -9,11 +9,11 @@ import typer
 
 import tendon_cli
 from docs import figures, reference
-from tendon_cli import cli
+from tendon_cli.commands import cli
 from tendon_cli.model.body import DIMENSIONS
-from tendon_cli.space.axis import split_side
 from tendon_cli.studies.contents import column_of, keys
 from tendon_cli.studies.json_schema import key_words
+from tendon_cli.studies.space.axis import split_side
 from tests.answers import answered, merged
 
 ROOT = Path(__file__).parents[2]

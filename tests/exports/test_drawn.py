@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.answer_record import as_answer, as_read
 from tendon_cli.reports.report import write_report
+from tendon_cli.verbs.answer_record import as_answer, as_read
 from tests.report.test_page import data_of, item_with, unpacked
 
 DRAWS_USUAL = True

@@ -8,11 +8,11 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli import say
-from tendon_cli.answer_record import ChecksRecord, CutoffCheck
 from tendon_cli.answers.text import short_text
 from tendon_cli.cube.choice_grid import over_motion
 from tendon_cli.reports.data import MOST_SAMPLES, curves, places_of, states_record
 from tendon_cli.studies.spaces import space_of
+from tendon_cli.verbs.answer_record import ChecksRecord, CutoffCheck
 
 TIME = np.round(np.arange(0.0, 4.0, 0.01), 9)  # s
 ANGLE = 50.0 - 30.0 * np.cos(np.pi * TIME)  # deg

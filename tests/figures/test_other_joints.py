@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 import tendon_cli as tendon
-from tendon_cli.cli import app
+from tendon_cli.commands.cli import app
 from tests.figures.measure import capture
 from tests.figures.runs import grid, panels, words
 

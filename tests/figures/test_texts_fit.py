@@ -15,7 +15,7 @@ import pytest
 from typer.testing import CliRunner
 
 import tendon_cli as tendon
-from tendon_cli.cli import app
+from tendon_cli.commands.cli import app
 from tendon_cli.cube.cube import cube_in
 from tendon_cli.face import write_comparison
 from tendon_cli.figures.answer_figures import FIGURES, draw_answer, draw_over

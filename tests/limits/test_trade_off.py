@@ -8,11 +8,11 @@ from matplotlib.text import Text
 
 import tendon_cli as tendon
 from tendon_cli import say
-from tendon_cli.answer_record import as_answer
 from tendon_cli.cube.cube import cube_in
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.answer_figures import draw_over
 from tendon_cli.figures.windows import draw_trade_off
+from tendon_cli.verbs.answer_record import as_answer
 from tests.answers import solved
 
 MOTORS = ["10 N m", "11 N m", "12 N m", "16 N m"]

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from tendon_cli.engine.windows.question import question_of
+from tendon_cli.engine.windows.solutions import solve
+from tendon_cli.engine.windows.solver import Solver
 from tendon_cli.studies.load import study_from
-from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solutions import solve
-from tendon_cli.windows.solver import Solver
 from tests.answers import merged
 
 from .suits import LOOSER_AND_TIGHTER, SUIT, limited

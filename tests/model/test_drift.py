@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from tendon_cli.engine.windows.question import question_of
 from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.reversal import drift
 from tendon_cli.studies.load import study_from
-from tendon_cli.windows.question import question_of
 
 
 def designed(content, pretension):

@@ -6,10 +6,10 @@ import pytest
 import tendon_cli as tendon
 from tendon_cli.errors import StudyError, UsageError
 from tendon_cli.model.body import ANCHOR_ALONG
-from tendon_cli.space.axis import scale_of
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.people.people_section import BODIES
 from tendon_cli.studies.people.person import person_study
+from tendon_cli.studies.space.axis import scale_of
 from tendon_cli.studies.spaces import space_of, wearer_axis
 from tests.people.in_full import in_full
 

@@ -5,19 +5,19 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli import say
-from tendon_cli.answer_record import named_first
+from tendon_cli.engine.windows.coverage import (
+    effective_count,
+    effective_count_of_strata,
+)
+from tendon_cli.engine.windows.question import question_of
+from tendon_cli.engine.windows.solutions import solve, solve_windows
+from tendon_cli.engine.windows.solver import Solver
+from tendon_cli.engine.windows.verification import Verifier
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.studies.fresh_sample import fresh_sample
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.values import OF_FRESH_DRAWS, draw_numbers
-from tendon_cli.windows.coverage import (
-    effective_count,
-    effective_count_of_strata,
-)
-from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solutions import solve, solve_windows
-from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.verification import Verifier
+from tendon_cli.verbs.answer_record import named_first
 from tests.people.in_full import in_full
 
 MOTION = {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}

@@ -5,9 +5,9 @@ import pytest
 
 from tendon_cli.answers.people import GroupWindows, reasons_not_served
 from tendon_cli.answers.phrases import LESS, MORE, NEITHER
+from tendon_cli.engine.windows.question import question_of
+from tendon_cli.engine.windows.solver import Solver
 from tendon_cli.studies.load import study_from
-from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solver import Solver
 
 STUDY = {
     "people": {"count": 200},

@@ -7,8 +7,8 @@ import tendon_cli as tendon
 from tendon_cli.answers import help as help_module
 from tendon_cli.answers import people as people_module
 from tendon_cli.answers import sensitivity
+from tendon_cli.engine.windows.question import question_of
 from tendon_cli.studies.load import study_from
-from tendon_cli.windows.question import question_of
 from tests.answers import solved
 
 COARSE = {"motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}}

@@ -5,10 +5,10 @@ from functools import cache
 import numpy as np
 import pytest
 
+from tendon_cli.engine.windows.question import question_of
+from tendon_cli.engine.windows.solutions import solve_windows
+from tendon_cli.engine.windows.solver import Solver
 from tendon_cli.studies.load import study_from
-from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solutions import solve_windows
-from tendon_cli.windows.solver import Solver
 from tests.people import plain_suit
 
 PERSONS = 1000

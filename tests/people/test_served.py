@@ -5,16 +5,16 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.answers.people import person_of
+from tendon_cli.engine.windows.question import question_of
+from tendon_cli.engine.windows.solutions import solve
+from tendon_cli.engine.windows.solver import Solver
+from tendon_cli.engine.windows.worst import WORST
 from tendon_cli.errors import StudyError
 from tendon_cli.model import limits
-from tendon_cli.space.axis import scale_of
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.people.person import person_study
+from tendon_cli.studies.space.axis import scale_of
 from tendon_cli.studies.spaces import named_axes
-from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solutions import solve
-from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.worst import WORST
 from tests.model import designs
 from tests.people.in_full import in_full
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tendon_cli import say
-from tendon_cli.windows.coverage import curve, effective_count, share_at
+from tendon_cli.engine.windows.coverage import curve, effective_count, share_at
 
 
 def random_windows(count, seed):

@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
+from tendon_cli.engine.windows.coverage import best_sizes, share_served
 from tendon_cli.errors import Stopped
-from tendon_cli.windows.coverage import best_sizes, share_served
 
 
 def all_combinations(low, high, weighting, most):

@@ -8,10 +8,10 @@ import pytest
 
 from tendon_cli.answers import sensitivity
 from tendon_cli.answers.sensitivity import BODY, indices, sobol
+from tendon_cli.engine.windows.question import question_of
+from tendon_cli.engine.windows.solver import Solver
 from tendon_cli.studies.load import study_from
-from tendon_cli.typed_record import to_json
-from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solver import Solver
+from tendon_cli.verbs.typed_record import to_json
 
 ALL_POINTS = True
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.engine.windows.question import question_of
+from tendon_cli.engine.windows.solutions import solve
+from tendon_cli.engine.windows.solver import Solver
 from tendon_cli.proof.certify import certify
-from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solutions import solve
-from tendon_cli.windows.solver import Solver
 
 SPRINGS = (2e3, 5e3, 9e3)  # N/m
 DRAWN = {"sheath": {"friction": "0.07 +/- 0.02"}, "uncertainty": {"draws": 4}}

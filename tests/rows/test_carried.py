@@ -11,10 +11,10 @@ import pandas as pd
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.answer_record import CarriedRecord
 from tendon_cli.answers.phrases import sums_words
 from tendon_cli.cube.rows import export, rows_in
 from tendon_cli.errors import StudyError
+from tendon_cli.verbs.answer_record import CarriedRecord
 
 SPRINGS = """\
 name,spring.stiffness (kN/m),price (EUR),supplier

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import tendon_cli
-from tendon_cli import cli
+from tendon_cli.commands import cli
 from tendon_cli.errors import StudyError
 from tendon_cli.quantities import OF_DESIGNS, OF_STATES
 from tendon_cli.studies.design_section import CHOICE_RESULTS

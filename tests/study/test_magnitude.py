@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import tendon_cli as tendon
-from tendon_cli.cli import main
+from tendon_cli.commands.cli import main
 from tendon_cli.errors import StudyError
 from tendon_cli.quantities import PLAUSIBLE, QUANTITIES
 from tendon_cli.studies.contents import keys

@@ -26,7 +26,7 @@ LONG = '[motion]\nelbow_angle = { from = "0 deg", to = "90 deg", num = 70001 }\n
 
 MEMORY = """
 import contextlib, resource, sys
-from tendon_cli import cli
+from tendon_cli.commands import cli
 with contextlib.suppress(SystemExit):
     axis = "load.mass={ from = 0, to = 9, num = %d }"
     options = ["--no-figures", "--jobs", "1", "--quiet", "--out", "run"]

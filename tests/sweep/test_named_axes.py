@@ -6,10 +6,10 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.engine.table_columns import columns_set_by_names
-from tendon_cli.space.axis import NamedAxis
-from tendon_cli.space.space import Space
 from tendon_cli.studies.axis_words import name_words
 from tendon_cli.studies.load import study_from
+from tendon_cli.studies.space.axis import NamedAxis
+from tendon_cli.studies.space.space import Space
 from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import keys
 

@@ -41,7 +41,7 @@ for table, entry in entries.items():
 sys.modules[spec.name] = module = importlib.util.module_from_spec(spec)
 exec(compile(source, spec.origin, "exec"), module.__dict__)
 
-from tendon_cli.cli import main
+from tendon_cli.commands.cli import main
 
 for words in sys.argv[2:]:
     try:

@@ -8,9 +8,9 @@ import pytest
 import tendon_cli as tendon
 from tendon_cli.engine.plan import Plan
 from tendon_cli.errors import StudyError
-from tendon_cli.space.axis import Axis, overlay
-from tendon_cli.space.space import Space
 from tendon_cli.studies.load import study_from
+from tendon_cli.studies.space.axis import Axis, overlay
+from tendon_cli.studies.space.space import Space
 from tendon_cli.studies.spaces import space_of
 
 SIDES = {

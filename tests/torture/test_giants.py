@@ -12,7 +12,7 @@ from tools.torture.hostile.tally import MOST_MEGABYTES
 
 MEASURED = """
 import pathlib, sys
-from tendon_cli import cli
+from tendon_cli.commands import cli
 try:
     cli.main(sys.argv[1:])
 finally:

@@ -465,7 +465,7 @@ def printed_by(line: str) -> str:
             if line.startswith(SESSION):
                 print(shown_by(line.removeprefix(SESSION).strip()))
             else:
-                from tendon_cli import cli
+                from tendon_cli.commands import cli
 
                 cli.main(shlex.split(line))
     except SystemExit as end:

@@ -78,7 +78,7 @@ def main():
     words = sys.argv[2:]
     if settings.get("offline"):
         sys.addaudithook(forbid_network)
-    from tendon_cli import cli
+    from tendon_cli.commands import cli
 
     if "parts" in settings:
         make_small(settings)

@@ -12,21 +12,21 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from tendon_cli.commands.starter import examples_folder
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.results import Run
 from tendon_cli.engine.run import RunOptions, run_task
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.engine.window_fold import fold_ends
+from tendon_cli.engine.windows.question import question_of
+from tendon_cli.engine.windows.solver import Solver
 from tendon_cli.fits.friction.fit_result import Fit
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design, shape_of
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.quantities import SIDES
 from tendon_cli.studies.load import load_study, study_from
-from tendon_cli.studies.starter import examples_folder
 from tendon_cli.studies.study import Study
-from tendon_cli.windows.question import question_of
-from tendon_cli.windows.solver import Solver
 
 FOLDER = examples_folder() / "paper"
 """Folder of the paper's studies."""

@@ -13,7 +13,7 @@ from tendon_cli.fits.log_rows import Floats
 from tendon_cli.fits.suit.parameters import Parameter
 from tendon_cli.fits.suit.suit_estimate import SuitEstimate
 from tendon_cli.fits.written import plain
-from tendon_cli.space.axis import split_side
+from tendon_cli.studies.space.axis import split_side
 from tendon_cli.studies.study import keys
 
 TOLD = 0.5

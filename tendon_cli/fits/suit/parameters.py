@@ -22,8 +22,8 @@ from tendon_cli.fits.suit.log_columns import (
     SPOOL_ANGLE,
     TENSION_CHANNELS,
 )
-from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.fit_section import BACKLASH
+from tendon_cli.studies.space.axis import PRETENSION, split_side
 from tendon_cli.studies.study import Study, is_exact, keys
 from tendon_cli.studies.usual import USUAL, UsualDeviation
 from tendon_cli.studies.values import Uncertain, quantile

@@ -31,9 +31,9 @@ from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.reversal import reversal
 from tendon_cli.model.sheath import sheaths_of
-from tendon_cli.space.axis import Axis
-from tendon_cli.space.space import Space
 from tendon_cli.studies.fit_section import BACKLASH
+from tendon_cli.studies.space.axis import Axis
+from tendon_cli.studies.space.space import Space
 from tendon_cli.studies.spaces import single_numbers
 from tendon_cli.studies.study import Study
 

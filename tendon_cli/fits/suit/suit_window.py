@@ -23,7 +23,7 @@ from tendon_cli.fits.suit.suit_model import SuitModel, stepped
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.window import ends_of_states
-from tendon_cli.space.axis import PRETENSION
+from tendon_cli.studies.space.axis import PRETENSION
 
 _STEP = 1e-4
 _GRID = 31

@@ -192,7 +192,7 @@ def seeds(kind):
 
 def good_studies(kind):
     """Return the starter as it is and with its examples, and a plain study twice."""
-    from tendon_cli.studies.starter import starter
+    from tendon_cli.commands.starter import starter
 
     text = starter(Path(f"a.{kind}")).encode()
     plain = PLAIN_TOML if kind == "toml" else PLAIN_YAML

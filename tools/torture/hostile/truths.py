@@ -89,8 +89,8 @@ def check_text(text):
 
 def check_text_of_record(answer):
     """Assert that the text follows from the record as `design.json` holds it."""
-    from tendon_cli.answer_record import as_answer
     from tendon_cli.answers.text import answer_text
+    from tendon_cli.verbs.answer_record import as_answer
 
     record = json.loads(json.dumps(answer.record, allow_nan=False))
     assert answer_text(as_answer(record)) == answer.record["text"]

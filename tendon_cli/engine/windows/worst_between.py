@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from tendon_cli.engine.windows.points import Points
+from tendon_cli.engine.windows.solver import Solver
+from tendon_cli.engine.windows.worst import Worst
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import contact_pressure, spring_room
-from tendon_cli.windows.points import Points
-from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.worst import Worst
 
 _BESIDE = 0.01
 """Distance from the worst within which a condition may be the worst at other angles.

@@ -15,12 +15,12 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.engine.windows.advice import NO_ROOM
+from tendon_cli.engine.windows.by_choice import Selection
+from tendon_cli.engine.windows.points import Points
+from tendon_cli.engine.windows.question import EQUAL, Goal, Question
+from tendon_cli.engine.windows.solutions import Solutions
 from tendon_cli.model.kinematics import Array, Rows
-from tendon_cli.windows.advice import NO_ROOM
-from tendon_cli.windows.by_choice import Selection
-from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import EQUAL, Goal, Question
-from tendon_cli.windows.solutions import Solutions
 
 BUILT = "built"
 SERVED_ENOUGH = "served_enough"

@@ -10,13 +10,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.engine.windows.points import Points
+from tendon_cli.engine.windows.question import Question
+from tendon_cli.engine.windows.study_arm import of_designs, study_arm
+from tendon_cli.engine.windows.worst import Worst
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import BREAKING_FORCE, FREE_LENGTH, spool_to_tendon
 from tendon_cli.model.winding import MOST_TRAVEL, least_free_length
-from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import Question
-from tendon_cli.windows.study_arm import of_designs, study_arm
-from tendon_cli.windows.worst import Worst
 
 Codes = npt.NDArray[np.int64]
 """Sums of codes of the advice that choices fail."""

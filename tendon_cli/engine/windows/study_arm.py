@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from tendon_cli.engine.windows.points import Points
+from tendon_cli.engine.windows.question import Question
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.setting import Reading, reading_per_length
-from tendon_cli.space.axis import Axis
-from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import Question
+from tendon_cli.studies.space.axis import Axis
 
 
 def study_arm(question: Question, points: Points, whom: Axis | None = None) -> Design:

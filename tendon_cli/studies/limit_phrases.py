@@ -11,7 +11,7 @@ from tendon_cli.quantities import QUANTITIES, in_unit_of_reading
 from tendon_cli.say.words import number, quantity
 
 if TYPE_CHECKING:
-    from tendon_cli.answer_record import BetweenSamples
+    from tendon_cli.verbs.answer_record import BetweenSamples
 
 LimitValues = Mapping[str, float | None]
 """Limits by name, SI; None for one that differs between designs."""

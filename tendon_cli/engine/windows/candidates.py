@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from tendon_cli.engine.windows.order import LEAST_TORQUE, Order, last_stage
+from tendon_cli.engine.windows.question import EQUAL, Question
+from tendon_cli.engine.windows.solutions import Solutions
 from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
-from tendon_cli.space.axis import limit_of
-from tendon_cli.windows.order import LEAST_TORQUE, Order, last_stage
-from tendon_cli.windows.question import EQUAL, Question
-from tendon_cli.windows.solutions import Solutions
+from tendon_cli.studies.space.axis import limit_of
 
 MOST_LIMITS = 100
 """Most values of a limit for each of which an answer names the best choice."""

@@ -22,7 +22,7 @@ from tendon_cli.model.kinematics import Anchors, Array, Excursion, Flag, Rows, S
 from tendon_cli.model.limits import GIVEN
 from tendon_cli.model.setting import with_set_pretension
 from tendon_cli.quantities import SIDES
-from tendon_cli.space.axis import (
+from tendon_cli.studies.space.axis import (
     AFTER,
     LIMIT,
     PERSON_AXIS,

@@ -8,22 +8,22 @@ from typing import TYPE_CHECKING, Literal, Self
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answer_record import FreshRecord, VerifiedRecord
-from tendon_cli.model.kinematics import Array, Flags
-from tendon_cli.space.axis import SAMPLE_AXES, Axis
-from tendon_cli.space.space import Space
-from tendon_cli.tables.schema import finite_or_none
-from tendon_cli.windows.coverage import ROUNDING, effective_count_of_strata, serves
-from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import (
+from tendon_cli.engine.windows.coverage import ROUNDING, effective_count_of_strata, serves
+from tendon_cli.engine.windows.points import Points
+from tendon_cli.engine.windows.question import (
     LEAN,
     Question,
     cost_per_design,
     is_sought,
     with_enough,
 )
-from tendon_cli.windows.solutions import WINDOWS_AT_ONCE, Binding, End, Solutions, solve
-from tendon_cli.windows.solver import Solver
+from tendon_cli.engine.windows.solutions import WINDOWS_AT_ONCE, Binding, End, Solutions, solve
+from tendon_cli.engine.windows.solver import Solver
+from tendon_cli.model.kinematics import Array, Flags
+from tendon_cli.studies.space.axis import SAMPLE_AXES, Axis
+from tendon_cli.studies.space.space import Space
+from tendon_cli.tables.schema import finite_or_none
+from tendon_cli.verbs.answer_record import FreshRecord, VerifiedRecord
 
 if TYPE_CHECKING:
     from tendon_cli.studies.fresh_sample import FreshSample

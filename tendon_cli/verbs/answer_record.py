@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Literal, TypeAlias, TypeVar
 
-from tendon_cli.typed_record import AS_READ, OTHERS, Record
+from tendon_cli.verbs.typed_record import AS_READ, OTHERS, Record
 
 Value: TypeAlias = float | str
 """Value on an axis: a number, SI, "rigid", or a name."""
@@ -257,7 +257,7 @@ class ChoiceRecord(Record):
     advice: Annotated[str | None, "Advice that it fails at its pretension; null if it keeps all"]
     between_samples: Annotated[
         str,
-        "Status of the window between the samples: one of `say.STATUSES`",
+        "Status of the window between the samples: one of `limit_phrases.STATUSES`",
     ]
     feasible: Annotated[
         bool,
@@ -275,7 +275,7 @@ class ChoiceRecord(Record):
 class CertificateRecord(Record):
     """Result of the proof of one window between the samples."""
 
-    status: Annotated[str, "One of `say.STATUSES`"]
+    status: Annotated[str, "One of `limit_phrases.STATUSES`"]
     cells: Annotated[int, "Number of cells that were tried"]
     margin: Annotated[
         float, "Distance from both ends within which the window is not proved", AS_READ

@@ -12,6 +12,10 @@ import numpy as np
 from tendon_cli import kernel
 from tendon_cli.engine.plan import Block, columns_of_motion
 from tendon_cli.engine.window_fold import fold_ends, named_ends
+from tendon_cli.engine.windows.coverage import upper_quantile
+from tendon_cli.engine.windows.points import Points
+from tendon_cli.engine.windows.question import Question, select_numbers
+from tendon_cli.engine.windows.worst import QUANTITIES, Worst
 from tendon_cli.errors import Stopped
 from tendon_cli.model import extremes, whole_motion, window
 from tendon_cli.model.actuator import State
@@ -22,10 +26,6 @@ from tendon_cli.model.motor import cycle_columns
 from tendon_cli.model.moving import Moving, motion_columns
 from tendon_cli.model.setting import Reading
 from tendon_cli.model.window import Ends, Window
-from tendon_cli.windows.coverage import upper_quantile
-from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import Question, select_numbers
-from tendon_cli.windows.worst import QUANTITIES, Worst
 
 _STATES_AT_ONCE = 2**21
 """States in one portion, so that each array of the model stays within a few megabytes."""

@@ -8,19 +8,19 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.engine.windows.advice import NO_ROOM, advice_of
+from tendon_cli.engine.windows.by_choice import ByChoice, Selection
+from tendon_cli.engine.windows.coverage import ROUNDING, serves
+from tendon_cli.engine.windows.points import Points
+from tendon_cli.engine.windows.question import Goal, Question
+from tendon_cli.engine.windows.solver import Solver
+from tendon_cli.engine.windows.study_arm import given_pretensions, tension_per_length
+from tendon_cli.engine.windows.worst import WORST, Worst
 from tendon_cli.model import window
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import Codes
 from tendon_cli.model.window import Ends, Window
 from tendon_cli.studies.accuracy import Accuracy
-from tendon_cli.windows.advice import NO_ROOM, advice_of
-from tendon_cli.windows.by_choice import ByChoice, Selection
-from tendon_cli.windows.coverage import ROUNDING, serves
-from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import Goal, Question
-from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.study_arm import given_pretensions, tension_per_length
-from tendon_cli.windows.worst import WORST, Worst
 
 End = Literal["from", "to"]
 """Lower or upper end of a window, as in the names of columns."""
@@ -83,7 +83,7 @@ class Solutions(ByChoice):
     worst: Worst
     """Worst values at the pretension; NaN where they are not worked out."""
     between_samples: npt.NDArray[np.int64]
-    """Place in `say.STATUSES`: the result of the proof that the window holds at every angle."""
+    """Place in `limit_phrases.STATUSES`: result of the proof that a window holds at every angle."""
     advice: npt.NDArray[np.int64]
     """Advice that the choice fails at its pretension, as the sum of codes; 0 if it keeps all.
 

@@ -9,9 +9,15 @@ from typing import Self
 import numpy as np
 
 from tendon_cli import say
+from tendon_cli.engine.windows.coverage import (
+    Coverage,
+    effective_count,
+    normalise,
+    serves,
+    share_served,
+)
 from tendon_cli.model.kinematics import Array, Flags, Rows
-from tendon_cli.space.space import Space
-from tendon_cli.windows.coverage import Coverage, effective_count, normalise, serves, share_served
+from tendon_cli.studies.space.space import Space
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,8 +8,8 @@ from typing import Self
 
 import numpy as np
 
+from tendon_cli.engine.windows.by_choice import ByChoice, Selection
 from tendon_cli.model.kinematics import Array
-from tendon_cli.windows.by_choice import ByChoice, Selection
 
 
 @dataclass(frozen=True, eq=False)

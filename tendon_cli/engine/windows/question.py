@@ -11,6 +11,8 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.engine.plan import bounds_of
+from tendon_cli.engine.windows.groups import Groups
+from tendon_cli.engine.windows.points import Points
 from tendon_cli.errors import UsageError
 from tendon_cli.model import whole_motion
 from tendon_cli.model.bounds import Bounds
@@ -18,7 +20,9 @@ from tendon_cli.model.design import F0, READINGS, Design
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.sliding import BOTH_DIRECTIONS
-from tendon_cli.space.axis import (
+from tendon_cli.studies.answer_draws import for_answer
+from tendon_cli.studies.checks import check_set_once, check_shares_are_counted
+from tendon_cli.studies.space.axis import (
     DRAW_AXIS,
     LIMIT,
     PERSON_AXIS,
@@ -30,15 +34,11 @@ from tendon_cli.space.axis import (
     overlay,
     split_side,
 )
-from tendon_cli.space.space import Space
-from tendon_cli.studies.answer_draws import for_answer
-from tendon_cli.studies.checks import check_set_once, check_shares_are_counted
+from tendon_cli.studies.space.space import Space
 from tendon_cli.studies.spaces import check_reading, space_of, wearer_axis
 from tendon_cli.studies.study import Study, states_reading
 from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import shorten
-from tendon_cli.windows.groups import Groups
-from tendon_cli.windows.points import Points
 
 LOADS = ("load.mass", "load.scale")
 """A list of one of these means all values between, too; any other number needs an interval."""

@@ -7,6 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from tendon_cli.engine.windows.question import Question
+from tendon_cli.engine.windows.solutions import Solutions
+from tendon_cli.engine.windows.solver import Folded, Solver
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.motion_window import window_along
@@ -14,9 +17,6 @@ from tendon_cli.model.power_window import within_power
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.model.window import Ends, Window, as_read, with_binding_limits
 from tendon_cli.studies.measured_motion import at_times
-from tendon_cli.windows.question import Question
-from tendon_cli.windows.solutions import Solutions
-from tendon_cli.windows.solver import Folded, Solver
 
 _DENSER = 16
 """Factor by which samples are made denser to estimate the error of an end."""

@@ -7,11 +7,11 @@ from typing import Self
 
 import numpy as np
 
+from tendon_cli.engine.windows.by_choice import ByChoice, ColumnArrays
 from tendon_cli.model.kinematics import Array, Rows
-from tendon_cli.space.axis import PRETENSION, Numbers, split_side
-from tendon_cli.space.space import Space
 from tendon_cli.studies.contents import column_of
-from tendon_cli.windows.by_choice import ByChoice, ColumnArrays
+from tendon_cli.studies.space.axis import PRETENSION, Numbers, split_side
+from tendon_cli.studies.space.space import Space
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,7 +26,6 @@ from tendon_cli.errors import (
     UsageError,
     is_memory_short,
 )
-from tendon_cli.registry import kinds
 from tendon_cli.terminal import (
     as_output_error,
     flush_results,
@@ -35,6 +34,7 @@ from tendon_cli.terminal import (
     print_error,
     print_result,
 )
+from tendon_cli.verbs.registry import kinds
 from tendon_cli.version import __version__
 
 app = typer.Typer(
