@@ -340,7 +340,8 @@ def _failing_conditions(solver: Solver, choice: Solutions) -> list[Values]:
 
 def named_rows(record: AnswerResults) -> list[ChoiceRecord]:
     """Return the choices that a record names, in the order of their rows in the table."""
-    rows = [*record.proved]
+    rows = [row for limit in record.trade_offs for row in limit.best if row is not None]
+    rows += record.proved
     if record.best:
         rows.append(record.best)
     rows += [*record.best_by.values(), *record.front]

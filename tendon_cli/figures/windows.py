@@ -421,7 +421,7 @@ def draw_trade_off(
     at = [
         place
         for place, choice in enumerate(choices)
-        if choice is not None and best is not None and choice["choice"] == best.choice
+        if choice is not None and best is not None and choice.choice == best.choice
     ]
     if at and best is not None:
         key.append(star(f"named first among all: {gauge_text(record, best) or 'to set'}"))

@@ -188,7 +188,7 @@ def local(study, new_sweep):
 def outside_sweep(study):
     """Yield a function that starts a sweep in a process of its own, to be sent signals."""
     code = (
-        "import sys; from tendon_cli import cli; from tendon_cli.engine import plan; "
+        "import sys; from tendon_cli.commands import cli; from tendon_cli.engine import plan; "
         f"plan.STATES_PER_FILE = plan.STATES_PER_PART = {STATES_PER_PART}; cli.main(sys.argv[1:])"
     )
     started = []

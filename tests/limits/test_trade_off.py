@@ -189,3 +189,14 @@ def test_rows_that_set_more_than_a_limit_have_a_trade_off_too():
                 assert best[name] == pytest.approx(named[name], rel=1e-9)
     assert any(trade_off["best"])
     assert not all(trade_off["best"])
+
+
+def test_the_table_has_the_windows_that_a_second_sample_gave_the_trade_off():
+    sample = {"uncertainty": {"draws": 8, "usual": False}, "design": {"verify": 64}}
+    study = STUDY | sample | {"limits": {"peak_motor_torque": MOTORS}}
+    answer = tendon.design(study | {"sheath": {"friction": "0.07 +/- 0.01"}})
+    (limit,) = answer.record["trade_offs"]
+    told = [best for best in limit["best"] if best is not None]
+    rows = answer.choices.iloc[[best["choice"] for best in told]]
+    for name in ("set_flexor_tension", "pretension", "pretension_from", "max_tension"):
+        np.testing.assert_allclose(rows[name], [best[name] for best in told], rtol=1e-12)
