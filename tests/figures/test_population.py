@@ -25,13 +25,6 @@ def has(pixels, colour):
     return bool((differences.max(axis=1) < 12).any())
 
 
-class Question(SimpleNamespace):
-    """Question whose fields are had by name and by index, as those of a record are."""
-
-    def __getitem__(self, name):
-        return getattr(self, name)
-
-
 def record(read="pretension", **population):
     """Return the record of a population for whom nothing is known unless it is given."""
     unknown = {
@@ -42,21 +35,23 @@ def record(read="pretension", **population):
         "not_served": [],
         "sobol": [],
     }
-    return {
-        "name": "suit",
-        "study_hash": "0" * 64,
-        "serve": 0.95,
-        "best": None,
-        "study": {"setting": {"read": read}},
-        "question": Question(unit="N", read=read, setting_digits=4),
-        "population": {**unknown, **population},
-    }
+    return SimpleNamespace(
+        name="suit",
+        study_hash="0" * 64,
+        serve=0.95,
+        best=None,
+        question=SimpleNamespace(unit="N", read=read, setting_digits=4, shows_own_f0=False),
+        population=SimpleNamespace(**{**unknown, **population}),
+    )
 
 
 def reason(text, needs, low, high):
     """Return the record of why a fifth of the persons is not served."""
-    bodies = {"weight": {"deviations": 1.0}, "stature": {"deviations": 2.0}}
-    return {"text": text, "needs": needs, "limits": [low, high], "share": 0.2, "bodies": bodies}
+    bodies = {
+        name: SimpleNamespace(deviations=deviations)
+        for name, deviations in (("weight", 1.0), ("stature", 2.0))
+    }
+    return SimpleNamespace(text=text, needs=needs, limits=[low, high], share=0.2, bodies=bodies)
 
 
 def test_served_and_others_have_their_colours(tmp_path):
@@ -100,12 +95,12 @@ def test_a_curve_of_any_length_is_drawn(tmp_path, count):
         "high": share,
     }
     index = {"first": 0.3, "first_standard_error": 0.02, "total": 0.4, "total_standard_error": 0.1}
-    inputs = {"a": {"name": "μ", **index}, "b": {"name": "K", **index}}
+    inputs = {key: SimpleNamespace(name=name, **index) for key, name in (("a", "μ"), ("b", "K"))}
     sobol = [
-        {"end": end, "standard_deviation": 2.0, "inputs": inputs}
+        SimpleNamespace(end=end, standard_deviation=2.0, inputs=inputs)
         for end in ("pretension_from", "pretension_to")
     ]
-    page = how_sure(record(curve=curve, pretension=120.0, sobol=sobol))
+    page = how_sure(record(curve=SimpleNamespace(**curve), pretension=120.0, sobol=sobol))
     assert has(colours(page, tmp_path / "c.png"), "#56b4e9")
 
 
@@ -123,7 +118,7 @@ def test_axes_name_what_is_read(read, label):
         "served": np.ones(2),
     }
     curve = {name: np.array([90.0, 130.0]) for name in ("pretension", "share", "low", "high")}
-    population = record(read, curve=curve, pretension=120.0)
+    population = record(read, curve=SimpleNamespace(**curve), pretension=120.0)
     with house_style():
         persons = for_whom(population, rows).figure.axes[0]
         shares = how_sure(population).figure.axes[0]

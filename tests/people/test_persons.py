@@ -6,6 +6,7 @@ import pytest
 import tendon_cli as tendon
 from tendon_cli.figures.served import members
 from tendon_cli.tables.schema import as_numpy
+from tendon_cli.verbs.answer_record import as_answer
 
 COARSE = {
     "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
@@ -56,17 +57,17 @@ def test_a_person_in_the_table_is_the_person_alone(answer, best_suit):
 
 
 def test_shares_of_the_record_are_those_of_the_table(answer):
-    population = answer.record["population"]
+    population = as_answer(answer.record).population
     persons = answer.persons
-    assert len(persons) == population["count"] == 40
-    assert persons["served"].mean() == pytest.approx(population["served"], abs=1e-12)
+    assert len(persons) == population.count == 40
+    assert persons["served"].mean() == pytest.approx(population.served, abs=1e-12)
     assert set(persons["sex"]) == {"male", "female"}
     table = answer.table("persons")
     rows = {name: as_numpy(table.column(name)) for name in table.column_names}
     groups = []
-    for reason in population["not_served"]:
-        group = members(rows, reason, population["pretension"])
-        assert len(group) == reason["count"]
+    for reason in population.not_served:
+        group = members(rows, reason, population.pretension)
+        assert len(group) == reason.count
         groups.append(group)
     left_out = np.unique(np.concatenate([np.empty(0), *groups]))
     assert len(left_out) == (persons["served"] < 1.0).sum()

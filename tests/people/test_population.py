@@ -180,7 +180,7 @@ def test_indices_leave_out_samples_in_which_the_end_does_not_vary():
     ]
     assert 0 < len(records) < len(seeds)
     for record in records:
-        for index in record["inputs"].values():
-            assert np.isfinite([index["first_standard_error"], index["total_standard_error"]]).all()
+        for index in record.inputs.values():
+            assert np.isfinite([index.first_standard_error, index.total_standard_error]).all()
     still = sensitivity.sobol(never_moved_alone, ("x", "y"), ("pretension_from",), 16, 1)
     assert list(still) == []
