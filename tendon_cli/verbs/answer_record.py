@@ -257,7 +257,7 @@ class ChoiceRecord(Record):
     advice: Annotated[str | None, "Advice that it fails at its pretension; null if it keeps all"]
     between_samples: Annotated[
         str,
-        "Status of the window between the samples: one of `limit_phrases.STATUSES`",
+        "Status of the window between the samples: sampled, proven or open",
     ]
     feasible: Annotated[
         bool,
@@ -275,7 +275,7 @@ class ChoiceRecord(Record):
 class CertificateRecord(Record):
     """Result of the proof of one window between the samples."""
 
-    status: Annotated[str, "One of `limit_phrases.STATUSES`"]
+    status: Annotated[str, "Status: sampled, proven or open"]
     cells: Annotated[int, "Number of cells that were tried"]
     margin: Annotated[
         float, "Distance from both ends within which the window is not proved", AS_READ
