@@ -223,10 +223,15 @@ class RunFolder:
         return PartResult(index, note, files)
 
     def prepare(self) -> None:
-        """Make the folders of tables that have several parts; raises OutputError."""
+        """Make the folders of tables that have several parts; raises OutputError.
+
+        A table of one part stands where an interrupted run may have left an empty folder.
+        """
         for table, files in self.task.tables.items():
             folder = self.path / f"{table}.parquet"
             if files <= 1:
+                with contextlib.suppress(OSError):
+                    folder.rmdir()
                 continue
             try:
                 if folder.is_symlink():

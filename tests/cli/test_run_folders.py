@@ -149,6 +149,15 @@ def test_overwrite_replaces_a_run_through_a_linked_folder_and_leaves_what_is_ano
     assert sweep(*longer).exit == 0
 
 
+def test_empty_folders_of_tables_that_an_interrupted_run_left_are_no_hindrance(
+    run, workplace, small_parts
+):
+    small_parts(ONE)
+    (workplace / "run/states.parquet").mkdir(parents=True)
+    assert run().exit == 0
+    assert (workplace / "run/states.parquet").is_file()
+
+
 @pytest.mark.parametrize("name", [".DS_Store", "notes.txt", "part-mine.parquet"])
 @pytest.mark.parametrize("after", [SEVERAL, ONE])
 def test_overwrite_with_a_strangers_file_among_the_parts_works_or_refuses(
