@@ -11,9 +11,9 @@ ODD = re.compile(r"\b(nan|inf|None(?! of\s+[0-9]))\b")
 MOST_BYTES_OF_A_PAGE = 5_000_000
 ROUNDING = 1e-6
 """Share of a pretension by which two ways of computing it may differ."""
-DRAWS = 1024
+DRAWS = 256
 """Draws of a sweep that is held to a share of a fresh sample."""
-CHANCE = 0.1
+CHANCE = 0.15
 """Most by which shares of two samples, of DRAWS and of 200 draws or more, differ by chance."""
 MOST = 1e7
 """Largest pretension that a study may state, N; windows without an upper end may lie above."""
