@@ -7,6 +7,7 @@ import tendon_cli as tendon
 from tendon_cli.engine.windows.question import question_of
 from tendon_cli.engine.windows.solutions import solve
 from tendon_cli.engine.windows.solver import Solver
+from tendon_cli.proof.arcs import ConditionArcs
 from tendon_cli.proof.certify import certify
 
 SPRINGS = (2e3, 5e3, 9e3)  # N/m
@@ -89,3 +90,30 @@ def test_no_share_of_conditions_is_asked_for(key, design):
     for whom in ({"people": {"count": 2}}, DRAWN):
         assert question_of(tendon.study({**content, **whom})).conditions.groups is not None
     question_of(tendon.study({**content, "design": {"serve": 1.0}}))
+
+
+def test_weights_of_an_arc_of_postures_stand_where_its_tangents_meet(monkeypatch):
+    """Limits are linear in the direction of gravity: there they bound all postures of the arc."""
+    study = {
+        "arm": {"upper_arm_angle": {"from": "-20 deg", "to": "70 deg"}},
+        "spring": {"stiffness": 5e3},
+        "spool": {"ratio": 0.6},
+    }
+    question = question_of(tendon.study(study))
+    arcs = ConditionArcs.of(question, question.all_points())
+    cells = arcs.first_cells(arcs.row)
+    asked = []
+    design = ConditionArcs.design
+
+    def told(self, row, shares=0.0, posture=np.nan, growth=None):
+        asked.append((posture, growth))
+        return design(self, row, shares, posture, growth)
+
+    monkeypatch.setattr(ConditionArcs, "design", told)
+    arcs.judge(cells, np.full(len(arcs.row), 100.0), np.full(len(arcs.row), 200.0))
+    posture, growth = next((posture, growth) for posture, growth in asked if growth is not None)
+    first, last = cells.low[:, -1], cells.high[:, -1]
+    assert (last - first).max() > 0.5
+    for end in (first, last):
+        # A point lies on the tangent at the end if its share along the end's direction is 1.
+        np.testing.assert_allclose(growth * np.cos(posture - end), 1.0, rtol=1e-9)
