@@ -4,12 +4,14 @@ Shares are compared with suits in plain NumPy (`plain_suit`), of which nothing i
 """
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import tendon_cli as tendon
 from tendon_cli import say
+from tendon_cli.answers.text_assumed import cuffs_words
 from tendon_cli.engine.windows.coverage import upper_quantile
 from tendon_cli.engine.windows.question import least_share_for, question_of
 from tendon_cli.engine.windows.solver import Solver
@@ -378,3 +380,21 @@ def test_a_suit_that_no_reading_serves_or_that_cannot_be_set_ends_with_4(tendon,
     assert ended.json["feasible"] == feasible
     if feasible:
         assert ended.json["decided"]["can_be_set"] == (code == 0)
+
+
+def test_softer_cuffs_are_told_by_what_they_leave():
+    """Stated rigid, cuffs are held to measured ones: by this setting, by another, or by none."""
+
+    def told(served, best):
+        softer = [
+            SimpleNamespace(
+                key="anchor.stiffness", kind="given", other=stiffness, served=now, served_anew=anew
+            )
+            for stiffness, now, anew in zip((1.05e3, 2.25e3), served, best, strict=True)
+        ]
+        return cuffs_words(SimpleNamespace(assumed=softer, serve=0.95))
+
+    assert "(1.05 to 2.25 kN/m per tendon) this setting still serves" in told((0.99, 0.96), (1, 1))
+    assert "no setting works" in told((0.0, 0.0), (0.0, 0.004))
+    assert "no setting serves more than 80 %" in told((0.1, 0.2), (0.5, 0.8))
+    assert "10 % to 97 % as set, and another setting up to 98 %" in told((0.1, 0.97), (0.98, 0.5))
