@@ -112,7 +112,8 @@ def test_weights_of_an_arc_of_postures_stand_where_its_tangents_meet(monkeypatch
     monkeypatch.setattr(ConditionArcs, "design", told)
     arcs.judge(cells, np.full(len(arcs.row), 100.0), np.full(len(arcs.row), 200.0))
     posture, growth = next((posture, growth) for posture, growth in asked if growth is not None)
-    first, last = cells.low[:, -1], cells.high[:, -1]
+    first = cells.low[:, -1]
+    last = cells.high[:, -1]
     assert (last - first).max() > 0.5
     for end in (first, last):
         # A point lies on the tangent at the end if its share along the end's direction is 1.
