@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Self, TypeVar
+from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
+
+from tendon_cli.model.design import map_arrays
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -28,31 +29,12 @@ _MOST_SPIKES = 0.2
 
 @dataclass(frozen=True, eq=False)
 class LogRows:
-    """Rows of a log: a field that is an array, or a dictionary of arrays, has a value per row."""
+    """Rows of a log: a field that is an array, or a mapping of arrays, has a value per row."""
 
     def select(self, rows: Mask | Integers | slice) -> Self:
         """Select rows by mask, index or slice."""
-        return combined([self], lambda column: column[rows])
-
-
-Rows = TypeVar("Rows", bound=LogRows)
-
-
-def combined(tables: Sequence[Rows], change: Callable[..., Any]) -> Rows:
-    """Return rows whose columns are made by a function of the columns of several tables."""
-    made: dict[str, Any] = {}
-    for name, column in vars(tables[0]).items():
-        columns = [vars(table)[name] for table in tables]
-        if isinstance(column, np.ndarray):
-            made[name] = change(*columns)
-        elif isinstance(column, dict):
-            made[name] = {key: change(*(one[key] for one in columns)) for key in column}
-    return replace(tables[0], **made)
-
-
-def concatenated(tables: Sequence[Rows]) -> Rows:
-    """Return the rows of several tables, one after the other."""
-    return combined(tables, lambda *columns: np.concatenate(columns))
+        selected: Self = map_arrays(self, lambda column: column[rows])
+        return selected
 
 
 def means_by(group: Integers, values: Floats) -> Floats:

@@ -239,12 +239,12 @@ class Design:
 
 
 def map_arrays(part: Any, change: Callable[..., Any], *others: Any) -> Any:
-    """Return a design, or a part of one, with each of its arrays changed.
+    """Return a design, or other data, with each of its arrays changed.
 
     Args:
-        part: Design, a dataclass, mapping or tuple in it, or an array.
+        part: Dataclass, such as a design; a dataclass, mapping or tuple in it; or an array.
         change: Function of an array, and of the same array of each of the others.
-        others: Designs or parts with the same structure.
+        others: Data with the same structure.
     """
     if isinstance(part, np.ndarray):
         return change(part, *others)

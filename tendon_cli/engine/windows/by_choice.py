@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.model.design import map_arrays
 from tendon_cli.model.kinematics import Flags, Rows
 
 ColumnArrays = dict[str, npt.NDArray[Any]]
@@ -23,33 +24,12 @@ class ByChoice:
 
     def select(self, rows: Selection) -> Self:
         """Select choices by place or mask."""
-        selected = {field.name: _select(getattr(self, field.name), rows) for field in fields(self)}
-        return type(self)(**selected)
+        selected: Self = map_arrays(self, lambda values: values[rows])
+        return selected
 
     @classmethod
     def concatenate(cls, parts: Sequence[Self]) -> Self:
         """Concatenate several parts, whose mappings have the same keys."""
-        concatenated = {
-            field.name: _concatenate([getattr(part, field.name) for part in parts])
-            for field in fields(cls)
-        }
-        return cls(**concatenated)
-
-
-def _select(value: Any, rows: Selection) -> Any:
-    """Select choices in one field."""
-    if isinstance(value, ByChoice):
-        return value.select(rows)
-    if isinstance(value, Mapping):
-        return {name: values[rows] for name, values in value.items()}
-    return value[rows]
-
-
-def _concatenate(values: list[Any]) -> Any:
-    """Concatenate one field of several parts."""
-    first = values[0]
-    if isinstance(first, ByChoice):
-        return first.concatenate(values)
-    if isinstance(first, Mapping):
-        return {name: np.concatenate([of_part[name] for of_part in values]) for name in first}
-    return np.concatenate(values)
+        first, *others = parts
+        concatenated: Self = map_arrays(first, lambda *values: np.concatenate(values), *others)
+        return concatenated

@@ -14,11 +14,11 @@ from tendon_cli.fits.log_rows import (
     Integers,
     LogRows,
     Mask,
-    combined,
     means_by,
     noise_of,
     spikes,
 )
+from tendon_cli.model.design import map_arrays
 
 REASONS = (
     "",
@@ -146,7 +146,7 @@ class Log(LogRows):
 
     def means(self, part: Integers) -> Log:
         """Average over the parts 0, 1, ... of strokes; noise becomes that of a mean."""
-        means = combined([self], lambda column: means_by(part, column))
+        means: Log = map_arrays(self, lambda column: means_by(part, column))
         return replace(
             means,
             noise=means.noise / np.sqrt(np.bincount(part)),

@@ -16,10 +16,11 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.errors import InputError
-from tendon_cli.fits.log_rows import Floats, Integers, LogRows, Mask, concatenated, means_by
+from tendon_cli.fits.log_rows import Floats, Integers, LogRows, Mask, means_by
 from tendon_cli.fits.suit.log_columns import SPOOL_ANGLE
 from tendon_cli.fits.suit.parameters import range_of
 from tendon_cli.fits.suit.suit_log import SuitLog
+from tendon_cli.model.design import map_arrays
 from tendon_cli.units import counted
 
 PARTS = 8
@@ -256,7 +257,8 @@ def selected(
             where=logs[0].source,
             hint="move the joint slowly through most of its range, several times to and fro",
         )
-    parts = concatenated(found)
+    first, *others = found
+    parts: Parts = map_arrays(first, lambda *means: np.concatenate(means), *others)
     if len(np.unique(parts.flexion)) < 2:
         way_used = "flexion" if parts.flexion[0] else "extension"
         raise InputError(

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -188,7 +187,7 @@ def _suit_log(table: Table, columns: Mapping[str, Heading | None], section: Fitt
         load_mass=load,
         place=np.zeros(len(known)),
         missing=missing,
-        headings=MappingProxyType(headings),  # no columns of rows, as a dictionary would be
+        headings=headings,
     ).select(known)
     is_spike = np.zeros(len(log), dtype=bool)
     for measured in (log.elbow_angle, *log.channels.values()):
