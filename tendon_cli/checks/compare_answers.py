@@ -37,6 +37,7 @@ from tendon_cli.checks.compared import (
     Unserved,
     Value,
     better_of,
+    difference,
     judge,
 )
 from tendon_cli.engine.study_differences import Difference
@@ -293,9 +294,10 @@ def _number(
     name: str, label: str, unit: str | None, values: Sequence[Value], **more: Any
 ) -> Number:
     """Return a quantity of both choices with its change; words and truths have no unit."""
-    kind = object if unit is None else np.float64
-    first, second = (np.array([value], kind) for value in values)
-    changes = Number.changes(first, second, is_flag=unit is None)
+    is_flag = unit is None
+    first, second = (np.array([value], object if is_flag else np.float64) for value in values)
+    size = difference(first, second, is_flag=is_flag)
+    changes = Number.changes(size, first, second, is_flag=is_flag)
     return Number(name, label, unit, values[0], values[1], **(changes | more))
 
 

@@ -111,8 +111,9 @@ def _numbers(pair: TablePair) -> Iterator[Number]:
     for name in sorted(pair.columns, key=lambda name: (name != "feasible", name != "margin")):
         columns = pair.both(name)
         is_flag = name in FLAGS
-        changes = Number.changes(*columns, is_flag=is_flag)
-        row = int(np.argmax(difference(*columns, is_flag=is_flag)))
+        size = difference(*columns, is_flag=is_flag)
+        changes = Number.changes(size, *columns, is_flag=is_flag)
+        row = int(np.argmax(size))
         better = better_of(name) if pair.kind == "designs" else 0
         verdict = None
         a: float | None = None

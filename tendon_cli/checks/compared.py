@@ -146,9 +146,17 @@ class Number:
         return self.a, self.b
 
     @staticmethod
-    def changes(first: ColumnArray, second: ColumnArray, *, is_flag: bool) -> dict[str, Any]:
-        """Return `change`, `most` and `rows` of a column of both results, (rows,) each."""
-        size = difference(first, second, is_flag=is_flag)
+    def changes(
+        size: Array, first: ColumnArray, second: ColumnArray, *, is_flag: bool
+    ) -> dict[str, Any]:
+        """Return `change`, `most` and `rows` of a column of both results, (rows,) each.
+
+        Args:
+            size: What `difference` says of them.
+            first: The column of the first result.
+            second: That of the second.
+            is_flag: True for words, and for true or false.
+        """
         most = float(size.max())
         rows = int((size > 0.0).sum())
         if is_flag:

@@ -108,7 +108,7 @@ def design_page(answer: Result, most: int) -> str:
     positions = {axis.axis.column: axis.positions for axis in axes}
     rows = cube.rows(list(positions), positions).ravel()
     read = _read_choices(on_gauge, axes, rows)
-    of_model = _read_choices(cube, axes, rows)
+    of_model = read if on_gauge is cube else _read_choices(cube, axes, rows)
 
     columns = {
         name: read[name] for name in RESULTS if name in read and np.isfinite(read[name]).any()
