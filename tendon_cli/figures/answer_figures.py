@@ -347,16 +347,21 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> list[
         (has_window & settable, _IS_SETTABLE),
     ):
         panel.plot(x[is_drawn], y[is_drawn], **style)
-    x, y, best_x, best_y = (
-        quantity.scaled([value_of(row, name) for row in of_rows])
-        for of_rows in (front, [best] if is_best_drawn else [])
-        for quantity, name in zip(shown, names, strict=True)
-    )
-    panel.plot(x, y, **of_front)
+
+    def places(choices: Sequence[ChoiceRecord]) -> list[Array]:
+        """Return x and y of choices, in the units shown."""
+        return [
+            quantity.scaled([value_of(row, name) for row in choices])
+            for quantity, name in zip(shown, names, strict=True)
+        ]
+
+    front_x, front_y = places(front)
+    panel.plot(front_x, front_y, **of_front)
     panel.margins(y=0.1)
     if len(front) <= _MOST_TOLD:
-        _write_tolerances(panel, front, x, y, rows)
-    panel.plot(best_x, best_y, **STAR)
+        _write_tolerances(panel, front, front_x, front_y, rows)
+    if is_best_drawn:
+        panel.plot(*places([best]), **STAR)
     labels = [
         f"{quantity.label}, the {'more' if goal.maximise else 'less'} the better"
         for quantity, goal in zip(shown, goals, strict=True)

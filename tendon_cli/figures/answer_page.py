@@ -82,16 +82,17 @@ def gauge_text(record: AnswerRecord, choice: ChoiceRecord) -> str:
     >>> gauge_text(record, choice)  # doctest: +SKIP
     '108.7 N in the flexor, 72.3 N in the extensor (F₀ = 83.74 N)'
     """
-    digits = record.question.setting_digits
-    flexor, extensor, pretension = (
-        None if value is None else say.quantity(name, value, digits)
-        for name in ("set_flexor_tension", "set_extensor_tension", "pretension")
-        for value in [value_of(choice, name)]
-    )
+
+    def shown(name: str) -> str | None:
+        value = value_of(choice, name)
+        return None if value is None else say.quantity(name, value, record.question.setting_digits)
+
+    flexor = shown("set_flexor_tension")
+    extensor = shown("set_extensor_tension")
     if flexor is None or extensor is None:
         return ""
-    has_f0 = pretension is not None and record.question.read == "pretension"
-    behind = f" (F₀ = {pretension})" if has_f0 else ""
+    pretension = shown("pretension") if record.question.read == "pretension" else None
+    behind = "" if pretension is None else f" (F₀ = {pretension})"
     return f"{flexor} in the flexor, {extensor} in the extensor{behind}"
 
 
