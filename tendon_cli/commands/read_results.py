@@ -141,11 +141,10 @@ def compare(
 
     Exits with 0 whatever the outcome; `tendon check --baseline` is the gate.
     """
+    from tendon_cli.checks.compare import compare_results
     from tendon_cli.face import write_comparison
 
     options.refuse_both("--json", as_json, "--markdown", markdown)
-    from tendon_cli.checks.compare import compare_results
-
     compared = compare_results(*results, choice=choice)
     if html is not None:
         write_comparison(compared, html, overwrite=overwrite)

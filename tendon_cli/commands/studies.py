@@ -111,11 +111,10 @@ def state(
     as_json: options.JsonOption = False,
 ) -> None:
     """Work out one state line by line, with the numbers of every equation, to check by hand."""
+    from tendon_cli.state_page.page import state_page
     from tendon_cli.studies.load import any_study
 
     loaded = any_study(study, settings or ())
-    from tendon_cli.state_page.page import state_page
-
     page = state_page(
         loaded,
         case,
