@@ -179,3 +179,9 @@ def window_of(made, angles, flexion, bounds):
     shape = np.broadcast_shapes(shape_of(made), *of_bounds)
     ends = fold_ends(made, shape, angles, flexion, bounds)
     return with_binding_limits(ends, made, angles, flexion, bounds)
+
+
+def stored_energy(state):
+    """Return the elastic energy of both tendons, springs and anchors, J."""
+    sides = ((state.flexor, state.balance.flexor), (state.extensor, state.balance.extensor))
+    return sum(0.5 * sheathed.energy_compliance * tension**2 for sheathed, tension in sides)

@@ -20,7 +20,7 @@ from tendon_cli.model.statics import NO_EQUILIBRIUM, TAUT
 from tests.sampled import quick_and_torture
 
 from . import rig
-from .designs import BOTH_DIRECTIONS, baseline, design, window_of
+from .designs import BOTH_DIRECTIONS, baseline, design, stored_energy, window_of
 
 STEP = 5e-3
 """Step of differences of sixth order, rad."""
@@ -271,9 +271,7 @@ def test_energy_closes_as_a_joint_moves(seed, flexion, at_motor):
         return motor_rates(shifted(shift)).spool_angle
 
     def stored(shift):
-        state = shifted(shift)
-        sides = ((state.flexor, state.balance.flexor), (state.extensor, state.balance.extensor))
-        return sum(0.5 * sheathed.energy_compliance * force**2 for sheathed, force in sides)
+        return stored_energy(shifted(shift))
 
     state = shifted(0.0)
     rates = motor_rates(state)

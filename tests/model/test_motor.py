@@ -8,7 +8,7 @@ from tendon_cli.model.motor import cycle_columns, motor_rates
 from tendon_cli.model.statics import BOTH_SLACK, EXTENSOR_SLACK, FLEXOR_SLACK, NO_EQUILIBRIUM, TAUT
 
 from . import rig
-from .designs import BOTH_DIRECTIONS, baseline, design, scattered
+from .designs import BOTH_DIRECTIONS, baseline, design, scattered, stored_energy
 
 SPEED = np.radians(60.0)
 CASES = {
@@ -119,12 +119,6 @@ def test_frictions_loss_is_that_of_its_elements(name):
 
 
 # --- Cycles ---------------------------------------------------------------------------------------
-
-
-def stored_energy(state):
-    """Return the elastic energy of both tendons, springs and anchors, J."""
-    sides = ((state.flexor, state.balance.flexor), (state.extensor, state.balance.extensor))
-    return sum(0.5 * sheathed.energy_compliance * tension**2 for sheathed, tension in sides)
 
 
 @pytest.mark.parametrize("name", CASES)
